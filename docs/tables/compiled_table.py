@@ -57,7 +57,7 @@ def main() -> None:
         simulation = Simulation.of_case(case, MPI.COMM_SELF)
         model, plan, seat = simulation.model, simulation.plan, simulation.seat().state
         loop = CompiledLoop(plan)
-        loop.follow(seat, 10)
+        list(loop.blocks(seat, steps=10))
         list(islice(march(plan, seat), 2))  # what first steps compile is not part of the others
         found = []
         fast = seconds_of(lambda loop=loop, seat=seat, found=found: found.extend(loop.blocks(seat))) / plan.steps

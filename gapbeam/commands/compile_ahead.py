@@ -66,7 +66,7 @@ def _march(simulation: Simulation) -> None:
     """March a model by its compiled loop."""
     from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 
-    CompiledLoop(simulation.plan).follow(simulation.start(simulation.seat()), 1)
+    list(CompiledLoop(simulation.plan).blocks(simulation.start(simulation.seat()), steps=1))
 
 
 def _differentiate(simulation: Simulation) -> None:

@@ -40,6 +40,7 @@ from gapbeam.solver.integrators.scheme_choice import scheme_of  # noqa: E402
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled  # noqa: E402
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march  # noqa: E402
 from tests.shared.dense_beams import dense_beam, thrown_start  # noqa: E402
+from tests.shared.passages import followed  # noqa: E402
 
 STEPS, DT = 100, 1.0e-3
 
@@ -56,7 +57,7 @@ accounts = Accounts.opened(system, law, start, DT)
 for step in march(plan, start):
     accounts.take(step)
 stepped = step.new
-passage = CompiledLoop(plan).follow(start, STEPS)
+passage = followed(CompiledLoop(plan), start, STEPS)
 ledgers = accounts.ledger, passage.accounts.ledger
 print(
     json.dumps(

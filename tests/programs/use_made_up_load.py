@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests.shared.overlay import Overlay
+from tests.shared.passages import followed
 
 Overlay(Path(sys.argv[1])).lay()  # also in the processes of a sweep, which import this file
 
@@ -54,7 +55,7 @@ if __name__ == "__main__":
         seat = find_seat(model.system, model.law, model.seat_springs).state
         for step in march(plan, seat):
             end = step.refreshed or step.new
-        compiled = CompiledLoop(plan).follow(seat, 60).end
+        compiled = followed(CompiledLoop(plan), seat, 60).end
         return float(np.max(np.abs(compiled.u[0] - end.u[0])) / np.max(np.abs(end.u[0] - seat.u[0])))
 
     same_body = ("load.pulse.amplitude=7.0", "load.pulse.duration=1e-3", "load.pulse.start=2e-3")

@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests.shared.overlay import Overlay
+from tests.shared.passages import followed
 
 Overlay(Path(sys.argv[1])).lay()  # also in the processes of a sweep, which import this file
 
@@ -48,7 +49,7 @@ if __name__ == "__main__":
     seat = find_seat(model.system, model.law, model.seat_springs, scheme.carries_acceleration).state
     for step in march(plan, seat):
         end = step.refreshed or step.new
-    compiled = CompiledLoop(plan).follow(seat, 60).end
+    compiled = followed(CompiledLoop(plan), seat, 60).end
     words = {
         "names": scheme_names(),
         "apart": float(np.max(np.abs(compiled.u[0] - end.u[0])) / np.max(np.abs(end.u[0] - seat.u[0]))),

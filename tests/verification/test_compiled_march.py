@@ -30,6 +30,7 @@ from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 from tests.shared.dense_beams import dense_beam, dense_shaft, thrown_start
+from tests.shared.passages import followed
 
 VALUES = {"hht-alpha": {"alpha": 0.2}}  # less creates energy, which magnifies round-off
 EVERY = {name: scheme_of(name, **VALUES.get(name, {})) for name in scheme_names()}
@@ -231,7 +232,7 @@ def test_steps_that_do_not_converge_are_halved_as_in_the_march(scheme: str, most
         expected.take(step)
     assert expected.tally.failures > 0
     assert expected.tally.halved < expected.tally.steps - 3
-    passage = CompiledLoop(plan).follow(start, plan.steps)
+    passage = followed(CompiledLoop(plan), start, plan.steps)
     assert close(passage.end.u[0], step.new.u[0], 1.0e-8)
     assert passage.accounts.tally.failures == expected.tally.failures
     assert passage.accounts.tally.halved == expected.tally.halved

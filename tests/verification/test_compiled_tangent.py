@@ -17,6 +17,7 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March
 from gapbeam.solver.system.semi_discrete import State, imaged
 from tests.shared.dense_beams import dense_beam, thrown_start
+from tests.shared.passages import followed
 from tests.shared.toys import start, stopped_oscillator
 
 HERTZ = Spring(2.0e5, 1.5)
@@ -56,7 +57,7 @@ def test_the_tangent_is_that_of_differences(law: str, implicit: bool) -> None:
     loop = loop_of(LAWS[law], scheme_of("implicit-midpoint" if implicit else "discrete-gradient"), seed=3)
     begin = thrown_start(loop.plan.system)
     end, monodromy = loop.tangent(begin)
-    passage = loop.follow(begin, STEPS)
+    passage = followed(loop, begin, STEPS)
     assert np.count_nonzero(passage.forces.max(axis=1)) > STEPS // 4, "nothing touched"
     assert coordinates(loop, end) == pytest.approx(coordinates(loop, passage.end), rel=1e-9, abs=1e-12)
     random = np.random.default_rng(0)
@@ -64,7 +65,8 @@ def test_the_tangent_is_that_of_differences(law: str, implicit: bool) -> None:
         direction = random.standard_normal(monodromy.shape[1]) * np.repeat([0.02, 1.0], monodromy.shape[1] // 2)
         size = 1.0e-7
         ends = [
-            coordinates(loop, loop.follow(moved(loop, begin, sign * size * direction), STEPS).end) for sign in (1, -1)
+            coordinates(loop, followed(loop, moved(loop, begin, sign * size * direction), STEPS).end)
+            for sign in (1, -1)
         ]
         difference = (ends[0] - ends[1]) / (2.0 * size)
         error = np.linalg.norm(monodromy @ direction - difference) / np.linalg.norm(difference)

@@ -47,6 +47,7 @@ from tests.shared.models import (
     seat_of,
     stiffness_of,
 )
+from tests.shared.passages import followed
 from tests.shared.toys import ledger_of, steps_of
 from tests.verification.test_compiled_march import LAWS, assert_same_accounts, close
 
@@ -335,7 +336,7 @@ def test_the_compiled_loop_agrees_with_the_march(scheme: str) -> None:
     expected = Accounts.opened(system, law, begun(plan, start), plan.dt)
     for step in march(plan, start):
         expected.take(step)
-    passage = CompiledLoop(plan).follow(start, plan.steps)
+    passage = followed(CompiledLoop(plan), start, plan.steps)
     assert passage.accounts.gates.impacts >= 2
     assert close(passage.end.u[VALUE], step.new.u[VALUE])
     assert close(passage.end.v[VALUE], step.new.v[VALUE])

@@ -38,6 +38,7 @@ from tests.regression.test_compiled_run import same_history
 from tests.shared.command import CASE_FOLDER, DEMO
 from tests.shared.interrupted import differing, run_in_parts
 from tests.shared.models import COARSE, GRAVITY, beam_case, beam_model, out_of_reach
+from tests.shared.passages import followed
 from tests.shared.toys import SCHEMES, start, steps_of, stopped_oscillator
 from tests.verification.test_exciter import floating, lifted
 
@@ -240,7 +241,7 @@ def test_an_earthquake_on_a_beam_is_what_lsim_finds(tmp_path: Path) -> None:
     found = np.array([probe.evaluate(step.new.u[VALUE], model.system.operators)[-1] for step in taken])
     expected = _lsim(model, rows, 9.81 * values, dt, count)
     assert np.abs(found - expected).max() < 2e-3 * np.abs(expected).max()
-    compiled = CompiledLoop(plan).follow(begin, count, _read(model)).probes[:, 0]
+    compiled = followed(CompiledLoop(plan), begin, count, _read(model)).probes[:, 0]
     assert compiled == pytest.approx(found, abs=1e-9 * np.abs(found).max())
 
 

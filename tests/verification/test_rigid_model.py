@@ -23,6 +23,7 @@ from gapbeam.studies.trials.starts import seated
 from tests.shared.case_texts import GOOD, written
 from tests.shared.command import alone, on_ranks
 from tests.shared.models import BEAM, GRAVITY, SOLID, beam_model, out_of_reach, seat_of
+from tests.shared.passages import followed
 from tests.shared.toys import steps_of
 
 LENGTH, DEPTH, WIDTH, DENSITY = 0.51, 0.012, 0.02, 7919.0
@@ -142,7 +143,7 @@ def test_the_beam_of_adams_agrees_with_two_equations_of_motion() -> None:
         10000,
     )
     tip = model.probes["end"].matrix[-1:]  # type: ignore[attr-defined]
-    passage = CompiledLoop(plan).follow(seat, 10000, tip)
+    passage = followed(CompiledLoop(plan), seat, 10000, tip)
     assert passage.forces.max() > 100.0
     assert np.abs(passage.probes[:, 0] - expected).max() < 2e-3 * np.ptp(expected)
 

@@ -22,6 +22,7 @@ from gapbeam.solver.models.reduction.reduced_body import RigidSections
 from gapbeam.solver.models.reduction.span_basis import basis_remarks
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE
+from tests.shared.passages import followed
 
 LENGTH, DIAMETER, CLEARANCE = 0.8, 0.02, 1.0e-4  # m
 HOLES = ({"name": "a", "from": 0.1, "to": 0.12}, {"name": "b", "from": 0.6, "to": 0.63})
@@ -161,7 +162,7 @@ def marched(kind: dict[str, Any], end: float) -> tuple[Array, Array, Simulation]
     time = {"end": end, "step": 1.0e-5}
     simulation = Simulation(model_of(kind, load=[WEIGHT, SHAKER], time=time))
     rows = np.concatenate([row.matrix[1:] for row in simulation.model.probes.values()])  # type: ignore[attr-defined]
-    passage = CompiledLoop(simulation.plan).follow(simulation.seat().state, simulation.plan.steps, rows)
+    passage = followed(CompiledLoop(simulation.plan), simulation.seat().state, simulation.plan.steps, rows)
     return passage.forces, passage.probes, simulation
 
 
@@ -211,7 +212,7 @@ def test_the_compiled_march_takes_the_sections() -> None:
     steps = 150
     expected = [step.new for step, _ in zip(march(plan, seat), range(steps), strict=False)]
     assert any(np.count_nonzero(state.pressure) for state in expected)
-    end = loop.follow(seat, steps).end
+    end = followed(loop, seat, steps).end
     assert end.u[VALUE] == pytest.approx(expected[-1].u[VALUE], abs=1e-9 * np.abs(expected[-1].u[VALUE]).max())
     assert end.v[VALUE] == pytest.approx(expected[-1].v[VALUE], abs=1e-9 * np.abs(expected[-1].v[VALUE]).max())
     assert end.pressure == pytest.approx(expected[-1].pressure, abs=1e-8 * max(expected[-1].pressure.max(), 1.0))
@@ -223,7 +224,7 @@ def test_bounces_keep_their_energy() -> None:
     simulation = Simulation(model_of(RIGID, damping={}, load=[WEIGHT, SHAKER | {"amplitude": 60.0}]))
     plan, seat = simulation.plan, simulation.seat().state
     accounts = Accounts.opened(plan.system, plan.law, seat, plan.dt)
-    CompiledLoop(plan).follow(seat, plan.steps, accounts=accounts)
+    followed(CompiledLoop(plan), seat, plan.steps, accounts=accounts)
     assert accounts.ledger.exchanged > 0.01
     assert abs(accounts.ledger.residual) < 1e-9 * accounts.ledger.exchanged
 
@@ -272,7 +273,7 @@ def test_moving_holes_carry_the_bar_along() -> None:
     for kind in (RIGID, BEAM):
         simulation = Simulation(model_of(kind, load=[WEIGHT, motion]))
         rows = np.concatenate([row.matrix[2:] for row in simulation.model.probes.values()])  # type: ignore[attr-defined]
-        passage = CompiledLoop(simulation.plan).follow(simulation.seat().state, simulation.plan.steps, rows)
+        passage = followed(CompiledLoop(simulation.plan), simulation.seat().state, simulation.plan.steps, rows)
         found.append(passage.probes)
     assert np.ptp(found[1]) > 3e-4
     assert np.sqrt(np.mean((found[0] - found[1]) ** 2)) < 0.02 * np.ptp(found[1])

@@ -17,6 +17,7 @@ from gapbeam.solver.contact.laws.law_tables import ElasticPlastic, PiecewiseLine
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from tests.shared.interrupted import differing, run_in_parts
+from tests.shared.passages import followed
 from tests.shared.toys import SCHEMES, ledger_of, start, steps_of, stopped_oscillator
 from tests.verification.test_own_contact import AREA, LENGTH, MASS, stops, tables
 
@@ -123,7 +124,7 @@ def test_the_compiled_loop_takes_the_same_steps(name: str, hardening: float | No
         chosen = PiecewiseLinear(type="piecewise-linear", depths=(1.0e-3, 1.5e-3), factors=(8.0, 2.0))
         law = make_law(chosen, STIFFNESS, 1.0e-8, damping=20.0)
     plan = March(system, law, SCHEMES[name], EffectiveOperators(system, SCHEMES[name]), 2.0e-4, 1500)
-    steps, loop = list(march(plan, first)), CompiledLoop(plan).follow(first, 1500)
+    steps, loop = list(march(plan, first)), followed(CompiledLoop(plan), first, 1500)
     assert sum(one.new.depth[0] > 0.0 >= one.old.depth[0] for one in steps) > 1
     places = [float(step.new.u[0, 0]) for step in steps]
     assert float(loop.end.u[0, 0]) == pytest.approx(places[-1], abs=1e-9 * np.ptp(places))

@@ -207,27 +207,6 @@ FIRST_STEPS = 64  # of the first block, before it is known what a step costs
 MOST_RECORDS = 2048  # of a block
 
 
-@dataclass(frozen=True)
-class Passage:
-    """A march in few words.
-
-    Attributes:
-        times: Times of the records, (records,), s.
-        probes: Displacements of the probes, (records, rows).
-        probe_rates: And of the velocity, (records, rows).
-        forces: Contact force of each face at the records, (records, faces), N.
-        end: The state at the end.
-        accounts: Ledger, gates, episodes, peaks and counts.
-    """
-
-    times: Array
-    probes: Array
-    probe_rates: Array
-    forces: Array
-    end: State
-    accounts: Accounts
-
-
 class CompiledLoop:
     """The march of a plan, compiled.
 
@@ -363,34 +342,6 @@ class CompiledLoop:
             yield CompiledBlock(plan, self.modal, origin, first, done - first, kept, left, sets)
             if failure is not None:
                 raise failure
-
-    def follow(
-        self, start: State, steps: int, probes: Array | None = None, every: int = 1, accounts: Accounts | None = None
-    ) -> Passage:
-        """March some steps and return the records of probes, the end, and the figures.
-
-        Args:
-            start: State to start from.
-            steps: Number of steps, > 0.
-            probes: Rows on the DOFs of the dense system, (rows, n); None: none.
-            every: Steps between readings.
-            accounts: As in `blocks`.
-
-        Raises:
-            NotConverged: As in `blocks`; likewise NotFinite and EnergyCreated.
-        """
-        if accounts is None:
-            accounts = Accounts.opened(self.plan.system, self.plan.law, start, self.plan.dt)
-        rows = np.zeros((0, len(self.modal.squares))) if probes is None else probes @ self.modal.shapes
-        blocks = list(self.blocks(start, every, accounts, steps))
-        return Passage(
-            times=np.concatenate([block.times for block in blocks]),
-            probes=np.concatenate([block.records.q for block in blocks]) @ rows.T,
-            probe_rates=np.concatenate([block.records.v for block in blocks]) @ rows.T,
-            forces=np.concatenate([block.records.force for block in blocks]),
-            end=blocks[-1].end,
-            accounts=accounts,
-        )
 
     def tangent(self, start: State, steps: int | None = None) -> tuple[State, Array]:
         """March some steps with the derivative of the end by the start; midpoint rules only.

@@ -9,12 +9,9 @@ import numpy.typing as npt
 
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.rank_zero import ONE_RANK
-from gapbeam.meshes.reference_cells import LagrangeCell
-from gapbeam.meshes.serial_mesh import FacetTags, SerialMesh, SerialSpace
+from gapbeam.meshes.reference_cells import Array, LagrangeCell
+from gapbeam.meshes.serial_mesh import FacetTags, Indices, SerialMesh, SerialSpace
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.integer]
 
 
 def cell_shapes(mesh: Any) -> LagrangeCell:

@@ -16,13 +16,12 @@ import numpy.typing as npt
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_size import BeamSizing, Positions, beam_layers, filled_parts, levels
-from gapbeam.meshes.reference_cells import LagrangeCell, corners, facets
+from gapbeam.meshes.reference_cells import Array, LagrangeCell, corners, facets
 from gapbeam.meshes.sections.section_grid import SectionGrid, layered_grid, patch_grid
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-Array = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.int64]
 
 

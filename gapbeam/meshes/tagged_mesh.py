@@ -16,7 +16,7 @@ from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.mesh_readings import cell_shapes, exterior_facets, facet_corners, tagged_facets
 from gapbeam.meshes.mesh_size import STRUCTURED, BeamSizing, expected_cells
 from gapbeam.meshes.rank_zero import on_rank_zero, with_mpi
-from gapbeam.meshes.reference_cells import quadrature
+from gapbeam.meshes.reference_cells import Array, quadrature
 from gapbeam.meshes.sections.section_grid import middles
 from gapbeam.meshes.serial_mesh import LayeredMesh, SerialMesh, layered_mesh
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
@@ -24,7 +24,6 @@ from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 NEAR = 1.0e-6  # of the thickness

@@ -20,9 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gapbeam.meshes.mesh_size import Positions
-from gapbeam.meshes.sections.section_patches import SectionCurve, SectionPatches
+from gapbeam.meshes.sections.section_patches import Array, SectionCurve, SectionPatches
 
-Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from gapbeam.meshes.beam_geometry import BODY, ENDS, BeamGeometry, contact_faces
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.user_mesh.frame_check import CELL_TYPES, Facets, Nodes
+from gapbeam.meshes.user_mesh.frame_check import CELL_TYPES, Coordinates, Facets, Nodes
 
 INSIDE = 1.0e-8
 """Least depth in the reference cell of a point that counts as inside."""
@@ -158,8 +158,6 @@ TOWARD_CENTER = 0.2
 
 SAME_PLACE = 1.0e-6
 """Nodes this close, relative to the size of the facet, are at the same place."""
-
-Coordinates = npt.NDArray[np.float64]
 
 
 def check_surface(where: str, dimension: int, cells: Nodes, facets: Facets, points: Coordinates) -> None:

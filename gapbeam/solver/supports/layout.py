@@ -146,11 +146,6 @@ class Layout:
         return max((abs(one.clearance) / one.length for one in self.supports), default=0.0)
 
     @property
-    def edges(self) -> tuple[float, ...]:
-        """Starts and ends of supports, without repetition, m."""
-        return tuple(sorted({place for one in self.supports for place in (one.start, one.end)}))
-
-    @property
     def reach(self) -> float:
         """Distance from the first to the last edge of all supports, m."""
         return self.end - self.start

@@ -259,12 +259,10 @@ class ModeShape:
     """y(xi) with the integral of y^2 over [0, 1] equal to 1 and y(1) > 0.
 
     Attributes:
-        mode: n.
         root: lambda_n.
         weights: Weights of the two functions.
     """
 
-    mode: int
     root: float
     weights: tuple[float, float]
 
@@ -292,7 +290,7 @@ def mode_shape(mode: int, draught: float, torsion: float, root: float | None = N
     root = float(roots(mode, draught, torsion)) if root is None else root
     springs = EndSprings.of(draught, torsion)
     if mode <= 2 and int(springs.rigid_motions) == 2:
-        return ModeShape(mode, root, (1.0, 0.0) if mode == 1 else (sqrt(3.0), -2.0 * sqrt(3.0)))
+        return ModeShape(root, (1.0, 0.0) if mode == 1 else (sqrt(3.0), -2.0 * sqrt(3.0)))
     at_springs = np.array([[float(each) for each in _functions(root, np.array(0.0), order)] for order in range(4)])
     rows = [
         float(springs.loose) * at_springs[3] + float(springs.held) * at_springs[0],
@@ -304,11 +302,11 @@ def mode_shape(mode: int, draught: float, torsion: float, root: float | None = N
     )
     conditioning = [np.linalg.norm(row) / size if size > 0.0 else 0.0 for row, size in zip(rows, sizes, strict=True)]
     row = rows[int(np.argmax(conditioning))]
-    raw = ModeShape(mode, root, (float(-row[1]), float(row[0])))
+    raw = ModeShape(root, (float(-row[1]), float(row[0])))
     scale = 1.0 / sqrt(_square_integral(raw))
     if raw(np.array(1.0)) < 0.0:
         scale = -scale
-    return ModeShape(mode, root, (scale * raw.weights[0], scale * raw.weights[1]))
+    return ModeShape(root, (scale * raw.weights[0], scale * raw.weights[1]))
 
 
 def _square_integral(shape: ModeShape) -> float:

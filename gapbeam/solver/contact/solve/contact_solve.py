@@ -72,7 +72,6 @@ def solve_contact(
     held: Array,
     max_iterations: int = 60,
     augmented: float | None = None,
-    start: Array | None = None,
     patience: int | None = None,
 ) -> ContactSolution:
     """Solve d = d_held - s D (f - f_held), f = w P(d), or the same with multipliers: f = w P(d + shift).
@@ -92,7 +91,6 @@ def solve_contact(
         held: f_held, (m,), N.
         max_iterations: Limit, of each solution.
         augmented: Relative penetration to reach by multipliers, or None.
-        start: Point forces to start from, (m,), N; None: f_held.
         patience: Iterations before softer laws lead to the solution; None: `max_iterations`.
 
     Returns:
@@ -103,7 +101,7 @@ def solve_contact(
         NotConverged: The iterations did not converge within `max_iterations`; the error has the history of the
             residual, Pa.
     """
-    first = held if start is None else start
+    first = held
     patience = max_iterations if patience is None else patience
 
     def solve(shift: Array | float) -> ContactSolution:

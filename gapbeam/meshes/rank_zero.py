@@ -49,16 +49,15 @@ def on_rank_zero(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
     return done
 
 
-def all_there(comm: MPI.Comm, patience: float = PATIENCE) -> bool:
-    """Return whether all ranks come here within some seconds, without waiting for those that do not.
+def all_there(comm: MPI.Comm) -> bool:
+    """Return whether all ranks come here within `PATIENCE`, without waiting for those that do not.
 
     Args:
         comm: Communicator of the ranks, a duplicate that is used for nothing else.
-        patience: Time to wait, s.
 
     Collective, or else False.
     """
-    arrival, until = comm.Ibarrier(), time.monotonic() + patience
+    arrival, until = comm.Ibarrier(), time.monotonic() + PATIENCE
     while not arrival.Test():
         if time.monotonic() > until:
             return False

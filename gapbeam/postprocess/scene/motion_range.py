@@ -163,7 +163,7 @@ def window_of_whole(
     top = max([support.top, *(height for _, height in carried)])
     low, high = min(bottom + scale * motion.lowest, low), max(top + scale * motion.highest, high)
     first, last = min([support.start, *(x for x, _ in carried)]), max([support.end, *(x for x, _ in carried)])
-    return _fitted((first, last), (low, high), size, 0.02, 0.04)
+    return _fitted((first, last), (low, high), size, 0.04)
 
 
 def window_of_support(support: SupportBoxes, scale: float, size: tuple[int, int]) -> Window:
@@ -171,13 +171,13 @@ def window_of_support(support: SupportBoxes, scale: float, size: tuple[int, int]
     first, last = support.shown_near
     if first == support.near[0]:
         first -= 0.04 * (support.near[1] - support.near[0])
-    return _fitted((first, last), support.heights(support.near_blocks(), scale), size, 0.02, 0.05)
+    return _fitted((first, last), support.heights(support.near_blocks(), scale), size, 0.05)
 
 
-def _fitted(x: Span, height: Span, size: tuple[int, int], room_x: float, room_height: float) -> Window:
+def _fitted(x: Span, height: Span, size: tuple[int, int], room_height: float) -> Window:
     """Widen one of the two spans so that both are drawn to the same scale."""
     aspect = size[0] / size[1]
-    width = max((x[1] - x[0]) * (1 + 2 * room_x), (height[1] - height[0]) * (1 + 2 * room_height) * aspect)
+    width = max((x[1] - x[0]) * (1 + 2 * 0.02), (height[1] - height[0]) * (1 + 2 * room_height) * aspect)
     middle_x, middle_height = 0.5 * (x[0] + x[1]), 0.5 * (height[0] + height[1])
     return Window(
         (middle_x - 0.5 * width, middle_x + 0.5 * width),

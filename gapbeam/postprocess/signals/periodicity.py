@@ -58,7 +58,7 @@ def rest_of(waves: np.ndarray) -> Rest:
 
 
 TOLERANCE = 0.01
-LONGEST = 12
+LONGEST = 12  # forcing periods of a cycle; a record has to hold four of them
 REPEATS = 3
 NO_CYCLE = "no cycle"
 
@@ -143,13 +143,8 @@ def poincare_section(displacement: Signal, velocity: Signal, forcing_frequency: 
     return PoincareSection(time, _at(displacement, time), _at(velocity, time))
 
 
-def periodicity(
-    signals: tuple[Signal, ...],
-    forcing_frequency: float,
-    tolerance: float = TOLERANCE,
-    longest: int = LONGEST,
-) -> Periodicity:
-    """Find the shortest cycle of 1, 2, 3, ... forcing periods in which a response has settled.
+def periodicity(signals: tuple[Signal, ...], forcing_frequency: float, tolerance: float = TOLERANCE) -> Periodicity:
+    """Find the shortest cycle of 1, 2, 3, ... `LONGEST` forcing periods in which a response has settled.
 
     For a cycle of p periods, e_j = max |x(t) - x(t - p/f)| over period j and over all signals, each divided
     by its range in the last 4 p periods. Period p is reported if e_j <= tolerance in the last 3 p periods and
@@ -161,7 +156,6 @@ def periodicity(
         signals: Signals at the same times, for example displacement and velocity of a probe.
         forcing_frequency: f in Hz.
         tolerance: As a fraction of the range.
-        longest: Longest cycle to try; the record must hold four of them.
 
     Raises:
         SignalError: No signal, or fewer than four values in a forcing period.
@@ -169,7 +163,7 @@ def periodicity(
     if not signals:
         raise SignalError("periodicity needs a signal")
     available = whole_periods(signals[0], forcing_frequency)
-    tried = min(longest, available // (REPEATS + 1))
+    tried = min(LONGEST, available // (REPEATS + 1))
     if tried < 1:
         return Periodicity(
             None, np.inf, np.inf, 0, None, 0, tolerance,

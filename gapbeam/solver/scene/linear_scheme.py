@@ -79,7 +79,7 @@ def theta(level: float, law: float = 0.0) -> LinearScheme:
     return LinearScheme(level, law, (1 / level, -1 / level, 0.0), (1.0, 0.0, 0.0), (1 / level, 1 - 1 / level, 0.0))
 
 
-def alpha(mass: float, force: float, beta: float, gamma: float, law: float | None = None) -> LinearScheme:
+def alpha(mass: float, force: float, beta: float, gamma: float) -> LinearScheme:
     """Return Newmark's formulas with inertia and forces at levels 1 - mass and 1 - force of the step.
 
     Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371, eqs. 1 to 7.
@@ -88,7 +88,7 @@ def alpha(mass: float, force: float, beta: float, gamma: float, law: float | Non
     end = 1 / beta, -1 / beta, 1 - 0.5 / beta
     v = gamma / beta, 1 - gamma / beta, 1 - 0.5 * gamma / beta
     inertia = m * end[0], m * end[1], m * end[2] + mass
-    return LinearScheme(f, f if law is None else law, inertia, (f * v[0], f * v[1] + force, f * v[2]), v, end)
+    return LinearScheme(f, f, inertia, (f * v[0], f * v[1] + force, f * v[2]), v, end)
 
 
 def growth_of(scheme: LinearScheme, angles: Array) -> Array:

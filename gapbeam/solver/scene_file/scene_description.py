@@ -229,23 +229,19 @@ def _body(structure: Structure) -> Row:
     return structure.name, counted(structure.size, "DOF"), f"first frequencies {shown} Hz"
 
 
-def lowest_squares(structure: Structure, most: int = MOST) -> list[float]:
-    """Return the lowest squares of angular frequencies, 1/s^2, those of rigid motions as 0.
-
-    Args:
-        structure: A structure of any size.
-        most: Largest number of frequencies.
+def lowest_squares(structure: Structure) -> list[float]:
+    """Return the `MOST` lowest squares of angular frequencies, 1/s^2, at most, those of rigid motions as 0.
 
     Raises:
         RunError: The modes of a large structure did not converge.
     """
     if not structure.is_large:
         squares = structure.modes[0]
-        return [max(float(one), 0.0) for one in squares[:most]]
+        return [max(float(one), 0.0) for one in squares[:MOST]]
     operators = SparseOperators(structure.M, structure.K)
     ratios = operators.stiffness.diagonal() / operators.mass.diagonal()
     near = FIRST_GUESS * float(ratios.mean())
-    squares, _ = operators.lowest_modes(near, most, operators.factor(near, 1.0))
+    squares, _ = operators.lowest_modes(near, MOST, operators.factor(near, 1.0))
     return [float(one) if one > STILL * ratios.max() else 0.0 for one in squares]
 
 

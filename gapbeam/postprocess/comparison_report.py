@@ -86,7 +86,7 @@ def as_tables(comparison: RunComparison) -> list[Table]:
     return [runs, figures, *([waves] if comparison.overlays else []), costs]
 
 
-def draw_comparison(comparison: RunComparison, path: Path) -> Path:
+def draw_comparison(comparison: RunComparison, path: Path) -> None:
     """Draw waveforms over each other, and their harmonics.
 
     Args:
@@ -120,7 +120,6 @@ def draw_comparison(comparison: RunComparison, path: Path) -> Path:
             panel.set_axis_off()
         axes[min(len(comparison.phases), len(axes)) - 1, 1].set_xlabel("order")
         figure.savefig(path)
-    return path
 
 
 def _value(mean: float, scatter: float) -> str:

@@ -39,13 +39,10 @@ class RenderError(RuntimeError):
 
 
 @cache
-def prepare_offscreen() -> str:
+def prepare_offscreen() -> None:
     """Choose the way to draw off-screen and pass it to VTK through its environment variable.
 
     Every way is tried in a process of its own, since VTK ends the process where OpenGL cannot be started.
-
-    Returns:
-        Name of the VTK window class; "" for VTK's own choice.
 
     Raises:
         RenderError: No way works; holds what each of them said.
@@ -71,7 +68,7 @@ def prepare_offscreen() -> str:
             os.environ.pop(CHOICE, None)
             if name:
                 os.environ[CHOICE] = name
-            return name
+            return
         said = [line.strip() for line in (trial.stderr or trial.stdout).splitlines() if line.strip()]
         failures.append(f"{name or 'default'}: {said[-1] if said else f'ended with status {trial.returncode}'}")
     raise RenderError(

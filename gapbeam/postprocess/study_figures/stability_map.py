@@ -192,7 +192,7 @@ class Place:
     chosen: bool
 
 
-def draw_pareto(places: Sequence[Place], uncertainty: float, tolerance: float, path: Path) -> Path:
+def draw_pareto(places: Sequence[Place], uncertainty: float, tolerance: float, path: Path) -> None:
     """Draw error over wall time with the front, the tolerance, and the uncertainty of the reference in gray.
 
     Args:
@@ -230,4 +230,3 @@ def draw_pareto(places: Sequence[Place], uncertainty: float, tolerance: float, p
         panel.set_ylabel("largest error of a figure, relative")
         figure.legend(handles=list(used.values()), loc="outside upper center", ncols=5)
         figure.savefig(path)
-    return path

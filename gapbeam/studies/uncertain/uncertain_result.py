@@ -201,8 +201,8 @@ class Uncertain(PrintedResult):
         return found
 
 
-def write_uncertain(found: Uncertain, folder: Path) -> list[Path]:
-    """Write tables and picture, and return their paths.
+def write_uncertain(found: Uncertain, folder: Path) -> None:
+    """Write tables and picture.
 
     Raises:
         NotWritten: The disk takes no file.
@@ -212,21 +212,17 @@ def write_uncertain(found: Uncertain, folder: Path) -> list[Path]:
         "sobol-indices": found.index_rows(), "convergence": found.convergence_rows(),
     }  # fmt: skip
     columns = {**found.values, "response": found.response, **found.figures}
-    paths = []
     for name, (heads, rows) in {**tables, "members": (tuple(columns), zip(*columns.values(), strict=True))}.items():
-        path = folder / f"{name}.csv"
-        write_table(path, heads, rows)
-        paths.append(path)
+        write_table(folder / f"{name}.csv", heads, rows)
     record = {
         "members": len(found.response), "responses": len(found.responses), "unknown": found.unknown,
         "complete": found.is_complete, "headline": found.headline(),
         **{name: {"heads": heads, "rows": rows} for name, (heads, rows) in tables.items()},
     }  # fmt: skip
-    picture, note = folder / UNCERTAIN_PICTURE, folder / UNCERTAIN_FILE
+    picture = folder / UNCERTAIN_PICTURE
     with study_written(picture):
         write_figure(draw_distributions(found), picture)
-    write_json(note, [record])
-    return [note, *paths, picture]
+    write_json(folder / UNCERTAIN_FILE, [record])
 
 
 @journal_style()

@@ -294,7 +294,7 @@ class SceneRecords:
             "worn_face": scene.contact_names if any(one.region.motions > 1 for one in scene.contacts) else (),
             "load": (*self.loaded, *(name for name, _ in self.fed), *self.walled),
             TURNING: turning_places(scene),
-            STRUCK: struck_places(scene),
+            STRUCK: struck_places(scene, self.reactions),
         }
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
         self.variables = {record.name for record in HISTORY} - unknown

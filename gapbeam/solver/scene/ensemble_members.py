@@ -26,6 +26,7 @@ from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.scene.object_code import fingerprint
 from gapbeam.solver.scene.printed_values import result_words
+from gapbeam.solver.scene.reaction_rows import ReactionRows
 from gapbeam.solver.scene.recorded_places import components_of, struck_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -263,7 +264,7 @@ def lane_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tupl
     """Yield figures that cannot be gathered in lock-step, with reason and advice."""
     pairs = zip(scene.contact_names, scene.contacts, strict=True)
     signed = {name for name, one in pairs if one.is_rough or one.law.kind.adhesive}
-    struck = struck_places(scene)
+    struck = struck_places(scene, ReactionRows(scene))
     for one in figures:
         if one.quantity not in (*MOTIONS, FORCE):
             yield one, f"quantity = {one.quantity!r}; expected {', '.join(MOTIONS)} or {FORCE}; or run one member"

@@ -29,13 +29,12 @@ OF_LOADS = {"frequency": "Hz", "phase": "degrees", "ramp": "s"}
 OF_FLOWS = {"velocity": "m/s", "density": "kg/m^3"}
 
 
-def struck_places(scene: Scene) -> tuple[str, ...]:
+def struck_places(scene: Scene, supports: ReactionRows) -> tuple[str, ...]:
     """Return the contacts of impulses, and recorded points and supports of their structures, whose velocities jump."""
     hard = [(one, name) for one, name in zip(scene.contacts, scene.contact_names, strict=True) if one.is_impulsive]
     bodies = {scene.place_of(point.structure, name) for one, name in hard for point in one.points}
     points = [name for name, one in scene.point_names.items() if scene.place_of(one.structure, name) in bodies]
     probes = [one for one in scene.probe_names if one in points or one.rpartition(" ")[0] in points]
-    supports = ReactionRows(scene)
     held = zip(supports.names, supports.owners, strict=True)
     whole = [one for one in whole_pairs(scene) if parts_of(one, [name for _, name in hard])]
     return (
@@ -84,7 +83,7 @@ def places_of_figures(scene: Scene) -> dict[str, tuple[str, ...]]:
     return {"joint": supports.names, "translation": supports.axes, "turn": supports.axes,
             "probe": scene.probe_names, "face": scene.contact_names, "support": whole_pairs(scene), "turned_probe": (),
             "gauge": tuple(gauges_of(scene)), "component": components_of(scene),
-            "struck": struck_places(scene),
+            "struck": struck_places(scene, supports),
             **{f"component of {name}": _components_at(scene, name) for name in scene.probe_names}}  # fmt: skip
 
 

@@ -86,7 +86,7 @@ QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 PARTED, OF_FINER = 2.0, 2.0  # E is so much larger where motions are about to part; over what finer structures change
 # Least differences of figures of two motions, which agree by chance, over those of the difference of the motions; of
-# impulses the share of the time in which they differ by less.
+# impulses, and of the records of figures of one's own, the share of the time in which they differ by less.
 OF_CHATTER = {DISPLACEMENT: 0.35, SMOOTHED_ACCELERATION: 0.35}
 OF_ONE = {DISPLACEMENT: 0.1, SMOOTHED_ACCELERATION: 0.1, LARGEST_FORCE: 0.02, IMPULSE: 0.75}  # with one companion
 CONFIDENCE = 0.95
@@ -205,8 +205,7 @@ def figure_errors(
         here, other_step = run.thinned(records), least if reference in OTHER_STEPS else {}
         apart[MODEL] = _apart(here, usual_motion, span, averages, other_step)
     farthest = run.farthest or float(np.abs(run.displacement).max(initial=0.0))
-    moves = run.ranges >= STILL * run.spans
-    still = {probe for probe, moving in zip(run.probes, moves, strict=True) if not moving}
+    still = {probe for probe, moves in zip(run.probes, run.ranges >= STILL * run.spans, strict=True) if not moves}
     found = []
     for name, figure in reported.items():
         if any(name not in one for one in (mine, same, *theirs.values())):
@@ -346,10 +345,12 @@ def _apart(
         averages: Widths of the means.
         least: Least difference of a figure over the same figure of the difference, by the end of its name.
     """
-    if isinstance(span, FigureSpan) or not span.predictable or not (span.frequency or least):
+    if not span.predictable or not (span.frequency or least):
         return {}
     count = min(len(one.times), len(other.times))
     left, right = one.first(count), other.first(count)
+    if isinstance(span, FigureSpan):
+        return span.apart(left, right, least[IMPULSE]) if IMPULSE in least else {}
     moved = ("displacement", "velocity_gained", "force", "impulse")
     between = replace(left, **{name: getattr(left, name) - getattr(right, name) for name in moved})
     between = replace(between, force=np.abs(between.force))
@@ -422,8 +423,7 @@ def quantile_of_means(within: float, between: float, means: int, count: int) -> 
         means: Their number.
         count: Windows of each.
     """
-    free = means * (count - 1), means - 1
-    level = 0.5 + 0.5 * CONFIDENCE
+    free, level = (means * (count - 1), means - 1), 0.5 + 0.5 * CONFIDENCE
     if free[1] < 2:  # two means say nothing of how means differ
         return float(scipy.stats.t.ppf(level, free[0]) * np.sqrt(within))
     if between > within * float(scipy.stats.f.ppf(SAME_VARIANCE, free[1], free[0])):

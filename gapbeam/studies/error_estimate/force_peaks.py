@@ -51,6 +51,7 @@ FEWEST, FEWEST_RECORDS = 2, 8  # records in a span: at all, and up to the horizo
 ALL = 0.999  # of the time of a run: what ends earlier is a part of it
 _WHOLE = 1.0e-6
 EXTREMES = {"maximum": (1.0,), "minimum": (-1.0,), "peak-to-peak": (1.0, -1.0)}
+OF_OWN = 0.25  # least difference of a value or an extreme over what records usually differ by
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,16 @@ class FigureSpan(Span):
             return 0.5 * motion.interval if self.figure.statistic.startswith("time-of") else 0.0
         series = motion.between(self.start, self.end).own[:, self.number]
         return sum(risen(end * series) for end in EXTREMES[self.figure.statistic])
+
+    def apart(self, one: MotionRecord, other: MotionRecord, usual: float) -> dict[str, float]:
+        """Return the least difference of a value or an extreme of two motions, which may agree by chance: by name."""
+        assert self.figure is not None
+        is_value, is_force = self.figure.time is not None, self.figure.quantity == "contact_force"
+        if not is_value and (is_force or self.figure.statistic not in EXTREMES):
+            return {}
+        begin = max(self.start, 0.5 * self.end * is_value)
+        a, b = (motion.between(begin, self.end).own[:, self.number] for motion in (one, other))
+        return {self.figure.name: OF_OWN * float(np.quantile(np.abs(a - b), usual))}
 
 
 def spans_of(case: Case, end: float, interval: float, horizon: float | None, repeats: bool = False) -> list[Span]:

@@ -143,7 +143,8 @@ class Series(PrintedResult):
     Attributes:
         times: Times of the recordings, in a unit of the user's.
         estimates: Estimates in this order; those outside of the library are left out of trends.
-        trends: Trends by path; empty with fewer than three estimates inside the library.
+        trends: Trends by path, of estimates inside the library whose interval comes to no end of the range; none of
+            paths with fewer than three.
     """
 
     times: Array
@@ -160,7 +161,13 @@ class Series(PrintedResult):
         outside = [one.name for one in self.estimates if one.is_outside]
         words = [f"{', '.join(outside)} outside of the library"] if outside else []
         units = self.estimates[0].units
-        for path, one in self.trends.items():
+        for path in self.estimates[0].values:
+            ends = [one.name for one in self.estimates if path in one.ends and not one.is_outside]
+            if ends:
+                words.append(f"{path} at an end of the range, may lie beyond, left out: {', '.join(ends)}")
+            if path not in self.trends:
+                continue
+            one = self.trends[path]
             rate = f"{si_key(path, units)} {one.rate.value:+.3g} ({one.rate.low:+.3g} to {one.rate.high:+.3g})"
             rate += " each unit of time"
             words.append(rate if one.is_seen else f"{rate}: no change seen")
@@ -171,8 +178,13 @@ class Series(PrintedResult):
                 )
             if one.scatter > 2.0:
                 words.append(f"scatter {one.scatter:.2g} times the intervals': not a straight line")
-        few = [] if self.trends else ["fewer than three recordings inside of the library: no rates, no times to limits"]
-        return "; ".join([*words, *few])
+        few = [path for path in self.estimates[0].values if path not in self.trends]
+        if few:
+            words.append(
+                f"fewer than three recordings inside of the library and the range of {', '.join(few)}: no rates, no "
+                "times to limits"
+            )
+        return "; ".join(words)
 
     def rows(self) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
         """Return heads and one row for each recording and value."""
@@ -196,7 +208,8 @@ def series(
     """Follow the values of a series of recordings: rates, and the times at which limits are reached.
 
     v(t) = a + b t by weighted least squares, with the weights of the intervals; errors grow by the scatter of the
-    residuals where that is larger. The interval of the time to a limit holds all t with abs(a + b t - limit) inside the
+    residuals where that is larger. Estimates whose interval comes to an end of the range are left out: the value may
+    lie beyond it. The interval of the time to a limit holds all t with abs(a + b t - limit) inside the
     error of a + b t.
 
     Args:
@@ -223,8 +236,9 @@ def series(
         if not np.ptp(t[inside]) > 0.0:
             raise UserError("series: times: all recordings have one time; expected times that differ")
         for path in estimates[0].values:
-            some = [estimates[i].values[path] for i in inside]
-            trends[path] = _trend(t[inside], some, (limits or {}).get(path))
+            some = [i for i in inside if path not in estimates[i].ends]
+            if len(some) > 2 and np.ptp(t[some]) > 0.0:
+                trends[path] = _trend(t[some], [estimates[i].values[path] for i in some], (limits or {}).get(path))
     return Series(t, tuple(estimates), trends)
 
 

@@ -77,9 +77,10 @@ def test_places_differ_at_any_size(size: float) -> None:
     assert np.bincount(owners).tolist() == [3] * 40
 
 
+@pytest.mark.parametrize("periods", [None, 0.003, 0.2, 1.0, 9.9, 77.7])
 @pytest.mark.parametrize("end", 10.0 ** CHANCE.uniform(-10.0, 4.0, 12))
-def test_the_progress_of_a_run_is_seen(end: float) -> None:
-    """Two hundredths of a run, one after the other, differ in words."""
-    progress = ProgressLine(end, None, quiet=True)
+def test_the_progress_of_a_run_is_seen(end: float, periods: float | None) -> None:
+    """Two hundredths of a run, one after the other, differ in words; forced ones stood at period 0.0 of 0.2."""
+    progress = ProgressLine(end, None if periods is None else end / periods, quiet=True)
     assert progress._place(0.37 * end) != progress._place(0.38 * end)
     assert len(progress._place(0.37 * end)) < 30

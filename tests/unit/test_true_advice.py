@@ -168,6 +168,23 @@ def test_time_left_leaves_out_the_compilation(
     assert message.endswith(f"{10.0 * (11.0 - 1.0064):.0f} s left")
 
 
+@pytest.mark.parametrize(("steps", "words"), [(1, "0.10 steps/s"), (23, "2.3 steps/s"), (230, "23 steps/s")])
+def test_slow_steps_have_a_speed(
+    steps: int, words: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Steps of ten seconds are no 0 steps/s, and a run that has passed its end by round-off has not -0 s left."""
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: now[0])
+    with caplog.at_level(logging.INFO, "gapbeam"), progress.ProgressLine(1.0, 0.3, quiet=False) as line:
+        line._bar = None
+        line.advance(0.5, 1, "contact: base")
+        now[0] = 10.0
+        line.advance(1.0 + 1e-15, steps, "contact: base")
+    [message] = caplog.messages
+    assert words in message
+    assert message.endswith(", 0 s left")
+
+
 def test_a_seat_that_is_not_found_has_a_place_and_a_remedy_that_works() -> None:
     """Gravity pulls the beam out of its support: the message says where, and the undeformed start needs no seat."""
     pulled = case("restraint.axial=1e-9", "model.type=reduced", "time.end=0.001", "load.gravity.direction=[1.0, 0.0]")

@@ -83,19 +83,26 @@ class ProgressLine:
         if clock - self._shown < (REDRAW if self._bar is not None else LINE):
             return
         self._shown = clock
-        text = f"{self._place(now)}, {self._steps / (clock - self._started):.0f} steps/s, {contact}"
+        text = f"{self._place(now)}, {_digits(self._steps / (clock - self._started), 2, 0)} steps/s, {contact}"
         if self._bar is not None:
             self._bar.update(self._task, completed=now, description=text)
         else:
-            left = (clock - self._started) * (self._end - now) / max(now - self._begin, 1e-300)
+            left = (clock - self._started) * max(self._end - now, 0.0) / max(now - self._begin, 1e-300)
             LOG.info("%s, %.0f s left", text, left)
 
     def _place(self, now: float) -> str:
         if self._period is None:
             unit, factor = next((name, factor) for name, factor, least in CLOCKS if self._end >= least)
             end = factor * self._end
-            return f"t = {factor * now:.{max(0, 4 - math.floor(math.log10(end)))}f} of {end:g} {unit}"
-        return f"period {now / self._period:.1f} of {self._end / self._period:.1f}"
+            return f"t = {_digits(factor * now, 5, 0, end)} of {end:g} {unit}"
+        periods = self._end / self._period
+        return f"period {_digits(now / self._period, 3, 1, periods)} of {_digits(periods, 3, 1)}"
+
+
+def _digits(value: float, count: int, least: int, whole: float | None = None) -> str:
+    """Return a number with the decimals by which the whole, or itself, has so many digits, and at least some."""
+    size = value if whole is None else whole
+    return f"{value:.{max(least, count - 1 - math.floor(math.log10(size)))}f}"
 
 
 # unit of times, their number in a second, and the least end of a run that has it, s

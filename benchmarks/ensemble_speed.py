@@ -22,7 +22,6 @@ STUDY = 100_000 * 100 * 400  # member-steps of the study whose time is extrapola
 FREQUENCY = 20.0  # Hz
 SUPPORTS, STATIONS = (0.31, 0.74), 12
 LINEAR, POWER = gb.KelvinVoigt(stiffness=1e6, damping=5.0), gb.HuntCrossley(1e6, 0.5, 1.5)
-Make = Callable[[], gb.Scene]
 
 
 @gb.region
@@ -49,7 +48,7 @@ def tube(region: Any, law: Any, motions: int = 1, stations: int = 1, friction: f
     return gb.Scene(body, contacts=gaps, loads=[gb.Force(body["tip"], push, name="push", size=20.0, f=FREQUENCY)])
 
 
-SCENES: Mapping[str, Make] = {
+SCENES: Mapping[str, Callable[[], gb.Scene]] = {
     "Kelvin-Voigt, slots": lambda: tube(gb.Slot(2e-4), LINEAR),
     "Hunt-Crossley, slots": lambda: tube(gb.Slot(2e-4), POWER),
     "Kelvin-Voigt, round holes": lambda: tube(gb.Disc(2e-4), LINEAR, 2),

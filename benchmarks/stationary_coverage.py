@@ -34,7 +34,6 @@ from tests.shared.rattlers import marched as rattling
 
 SEEDS, SECONDS = 200, 600.0
 HEADS = ("set", "figure", "exact", "mean of all seeds", "held", "held of those judged good", "half width")
-Statistics = Callable[[int], RunStatistics]
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ class Row:
 
     name: str
     exact: dict[str, float]
-    statistics: Statistics
+    statistics: Callable[[int], RunStatistics]
     missed: list[float] = field(default_factory=list)
 
 

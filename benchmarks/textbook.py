@@ -50,8 +50,6 @@ def stress(u: Any, material: Material, plane_stress: bool) -> Any:
     return first * ufl.tr(strain) * ufl.Identity(len(u)) + 2.0 * second * strain
 
 
-Array = NDArray[np.float64]
-
 RELATIVE_TOLERANCE = (
     1.0e-8  # of residual or update; at DOLFINx's default of 1e-9 round-off makes it iterate for nothing
 )
@@ -90,7 +88,7 @@ class TextbookBeam:
             self._matrix.setOption(PETSc.Mat.Option.SPD, True)
 
     @property
-    def displacement(self) -> Array:
+    def displacement(self) -> NDArray[np.float64]:
         """The displacement at the last accepted time, (n,), m."""
         return np.array(self._old.x.array)
 

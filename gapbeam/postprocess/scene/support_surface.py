@@ -77,7 +77,6 @@ def ring_of(
     return pv.PolyData(np.vstack(points), np.column_stack([np.full(len(faces), 4), faces]).ravel()).clean()
 
 
-Box = tuple[float, float, float, float, float, float]
 Span = tuple[float, float]
 
 _BLOCK_HEIGHT = 0.9
@@ -167,7 +166,7 @@ class SupportBoxes:
         """Return whether a face is a hole around the beam."""
         return any(block.met.around for block in self.blocks if block.met.face == face)
 
-    def box(self, block: FaceBox, scale: float) -> Box:
+    def box(self, block: FaceBox, scale: float) -> tuple[float, float, float, float, float, float]:
         """The limits in x, y, z of a block or a ring without tilt, `scale` times the gap away from the undeformed beam.
 
         A point of the beam displaced by u is drawn at its place + scale u: it touches this plane where u is the gap,

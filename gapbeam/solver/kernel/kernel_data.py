@@ -41,7 +41,6 @@ from gapbeam.solver.system.operators import Array
 HEAD = 15  # sizes before the arrays, as in the first enumeration of kernel.c
 MARK, OWN, NUMBERS, PER_LOAD = 1.0, 12, 7, 7
 LINEAR = (0, 4)  # kinds of law, see `_exponent`
-Role = Literal["input", "parameter", "output"]
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class KernelVariable:
 
     name: str
     place: int
-    role: Role
+    role: Literal["input", "parameter", "output"]
     unit: str
     start: float
     meaning: str

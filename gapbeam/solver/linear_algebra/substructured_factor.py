@@ -358,9 +358,6 @@ def _as_interface(rows: Indices) -> Interface:
     return Interface(len(rows), rows, np.arange(len(rows)))
 
 
-Edges = NDArray[np.int64]
-
-
 def interface_unknowns(comm: MPI.Comm, rows: csr_matrix, starts: Indices, block: int) -> Indices:
     """Return the unknowns that separate the ranks, by number over all ranks, ascending, the same in every call.
 
@@ -394,7 +391,7 @@ def interface_unknowns(comm: MPI.Comm, rows: csr_matrix, starts: Indices, block:
     return np.asarray((nodes[:, None] * block + np.arange(block)).reshape(-1))
 
 
-def smallest_cover(edges: Edges) -> Indices:
+def smallest_cover(edges: NDArray[np.int64]) -> Indices:
     """Return the fewest vertices that touch all edges, (edges, 2), between vertices of two kinds."""
     left, one = np.unique(edges[:, 0], return_inverse=True)
     right, other = np.unique(edges[:, 1], return_inverse=True)

@@ -60,7 +60,6 @@ from gapbeam.solver.schema.table import faults_in
 WEAR = ("coefficient", "area")
 STILL = 1e-12
 """Part of the largest squared frequency below which a motion is rigid, up to round-off."""
-Observer = Callable[[SceneStep], Any]
 
 
 @dataclass(frozen=True)
@@ -102,7 +101,7 @@ class SceneRun:
     every: int = 1
     scheme: LinearScheme = MIDPOINT
     gates: Mapping[str, Any] = field(default_factory=dict)
-    observers: Sequence[Observer] = ()
+    observers: Sequence[Callable[[SceneStep], Any]] = ()
     period: float | None = None
     title: str = ""
     checkpoint: float = 300.0

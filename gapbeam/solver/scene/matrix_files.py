@@ -287,8 +287,7 @@ def _archive(path: Path, argument: str) -> ReadMatrix:
         return ReadMatrix(sp.csr_matrix(found[_name_of(found.files, path, argument)]))
 
 
-Reader = Callable[[Path, str], ReadMatrix]
-READERS: dict[str, Reader] = {
+READERS: dict[str, Callable[[Path, str], ReadMatrix]] = {
     ".mtx": _mtx,
     ".npz": _archive,
     ".npy": lambda path, _: ReadMatrix(sp.csr_matrix(np.load(path))),

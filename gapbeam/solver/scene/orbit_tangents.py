@@ -78,9 +78,6 @@ class OrbitTangents:
     residual: float
 
 
-Scenes = Callable[[dict[str, float]], Scene]
-
-
 @checked
 def tangents(
     scene: Scene | Callable[[dict[str, float]], Scene], figures: Sequence[str], over: Mapping[str, float], *,
@@ -109,7 +106,7 @@ def tangents(
     Source: Parker and Chua (1989), Practical Numerical Algorithms for Chaotic Systems, sec. 5.3 and app. D.
     """
     values = {path: float(finite(value, f"tangents: {path}")) for path, value in over.items()}
-    make: Scenes = scene.with_ if isinstance(scene, Scene) else scene
+    make: Callable[[dict[str, float]], Scene] = scene.with_ if isinstance(scene, Scene) else scene
     if not figures or not values:
         raise UserError(
             f"tangents: found {len(figures)} figures and {len(values)} parameters; expected one or more of each"

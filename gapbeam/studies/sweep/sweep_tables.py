@@ -242,9 +242,6 @@ def _cell(branch: Branch, name: str, factor: float) -> str:
     return f"{factor * mean:.4g}" + (f" ± {factor * scatter:.2g}" if scatter > 5e-4 * abs(mean) else "")
 
 
-Progress = Callable[[int, int], None]
-
-
 @dataclass(frozen=True, repr=False)
 class SweepResult(PrintedResult):
     """Result of a sweep.
@@ -297,7 +294,7 @@ def run_sweep(
     folder: Path,
     overwrite: bool = False,
     workers: Workers | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> SweepResult:
     """Run a sweep, or resume the one in the folder.
 

@@ -26,7 +26,6 @@ from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""
 Probes = Mapping[int, Probe]
-Figures = Mapping[int, Figure]
 Joints = Mapping[int, JointChoice]
 Segments = Mapping[int, Segment]
 """Segments by their number in the case file, from 0, without those that have faults of their own."""
@@ -206,7 +205,7 @@ def load_names_differ(load: Loads) -> Iterator[Fault]:
 
 
 def figures_are_recorded(
-    support: AnySupports, joint: Joints, load: Loads, probe: Probes, time: Time, figure: Figures
+    support: AnySupports, joint: Joints, load: Loads, probe: Probes, time: Time, figure: Mapping[int, Figure]
 ) -> Iterator[Fault]:
     """A figure is of a recorded quantity, at a place of the case."""
     yield from namesakes("figure", figure)

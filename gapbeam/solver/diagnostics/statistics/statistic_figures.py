@@ -185,7 +185,6 @@ LATERAL = "lateral_"
 PERCENTILES = {"low": 0.05, "high": 0.95}
 NOT_ASKED = ("mean", *PERCENTILES)
 """Figures of probes that may be 0, so that a relative error of theirs means nothing."""
-IntervalOf = Callable[[np.ndarray, bool], Interval]
 
 
 @dataclass(frozen=True)
@@ -249,7 +248,7 @@ class AveragedSeries:
     share: float | None = None
     events: np.ndarray | None = None
 
-    def interval(self, of: IntervalOf = interval_of_mean) -> Interval:
+    def interval(self, of: Callable[[np.ndarray, bool], Interval] = interval_of_mean) -> Interval:
         """Return the figure with its interval."""
         if self.share is not None:
             return interval_of_percentile(self.values, self.share)

@@ -392,7 +392,8 @@ def _opened(key: Key, load: OpenedPair, pairs: Iterable[PairTable]) -> Iterator[
     regions = {one.name: one.region for one in pairs}
     region = regions.get(str(load.support))
     if load.support not in regions:
-        yield Fault((*key, "support"), f'"{load.support}"', f"a pair: one of {', '.join(regions) or 'none'}")
+        known = ", ".join(regions) or "none"
+        yield Fault((*key, "support"), f'"{load.support}"', f"a pair: one of {known}", lacks=("pair",))
     elif isinstance(region, DiscRegion) and -min(load.changes) > region.clearance:
         yield Fault((*key, "changes"), f"{min(load.changes):g} m of a disc", f"at least -clearance = "
                     f"{-region.clearance:g} m: it is a point there")  # fmt: skip
@@ -414,7 +415,8 @@ def _loads(
         if (support := support_of(load)) is not None and support not in held:
             yield Fault((*key, "support"), f'"{support}"', f"a pair, snubber or elastic joint of one point, or "
                         f"a joint that holds a structure: one of {', '.join(held) or 'none'}",
-                        "all supports alike: base_motion; one clamp alone: give its [[joint]] a name")  # fmt: skip
+                        "all supports alike: base_motion; one clamp alone: give its [[joint]] a name",
+                        lacks=("pair", "joint"))  # fmt: skip
         if opens(load):
             yield from _opened(key, load, tables.get("pair", {}).values())
         if name is not None:

@@ -12,6 +12,7 @@ Source: SDRC, Universal dataset number 58, Function at nodal DOF.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -30,6 +31,7 @@ from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.universal_file import UNIVERSAL, DataSet, UniversalFile
 from gapbeam.solver.system.operators import Array
 
+LOG = logging.getLogger("gapbeam")
 HEADER = 11
 """Lines of a data set 58 above its values."""
 FUNCTION, FORM, ABSCISSA, ORDINATE = 5, 6, 7, 8
@@ -115,6 +117,8 @@ UNITS: dict[str, tuple[Quantity, float]] = {
 SAMPLES = 4
 """Least number of samples in the period of the highest harmonic: splines of degree 5 then err by 1 % there."""
 DEGREE = 5
+CLIPPED = 10
+"""Samples at an end of the values, over those at the next value: above it, the sensor or the recorder was too small."""
 EVEN = 0.5
 """Largest gap between two samples, over the mean interval, above 1: beyond it samples are missing."""
 
@@ -163,6 +167,13 @@ class Recording:
                 f"{self.name}: samples are missing after {t[gaps.argmax()]:.6g} s: an interval of {gaps.max():.3g} s, "
                 f"{gaps.mean():.3g} s on average; record without gaps, or cut the recording there"
             )
+        levels, counts = np.unique(y, return_counts=True)
+        for end, beside, word in ((-1, -2, "largest"), (0, 1, "least")):
+            if len(levels) > 2 and counts[end] > CLIPPED * counts[beside]:
+                LOG.warning(
+                    "%s: %.2g %% of the samples have the %s value: is it clipped? Estimates from clipped recordings "
+                    "are wrong", self.name, 100.0 * counts[end] / len(y), word,
+                )  # fmt: skip
 
     def spectra(self, period: float, periods: int, harmonics: int) -> Any:
         """Return complex amplitudes at the lines m / (periods * period), of each window of so many periods.

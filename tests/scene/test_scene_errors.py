@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -381,3 +382,25 @@ def test_figures_of_the_settled_part_have_errors_from_the_time_that_the_warning_
     late, early = (one for one in run(start, 0.98 * start).figures if one["name"].startswith("rms"))
     assert late["error"] is not None
     assert early["error"] is None
+
+
+@pytest.mark.parametrize("masses", [(0.2, 0.2, 0.2), (1.0, 0.3, 2.0), (5.0, 0.1, 0.1, 0.1)])
+@pytest.mark.parametrize(("restitution", "step"), [(1.0, 1e-5), (0.4, 1e-6), (0.0, 3e-6)])
+def test_bodies_that_stay_together_have_no_horizon(
+    tmp_path: Path, masses: tuple[float, ...], restitution: float, step: float
+) -> None:
+    """A body strikes a row that touches, which leaves with (1 + e) m v / M: its gaps of 1e-20 m differed by 3 %."""
+    bodies = [gb.mass(one, name=f"m{number}") for number, one in enumerate(masses)]
+    contacts = [
+        gb.Contact((a["at"], b["at"]), gb.HalfPlane(1e-3 if a is bodies[0] else 0.0), gb.Unilateral(restitution))
+        for a, b in pairwise(bodies)
+    ]
+    scene = gb.Scene(*bodies, contacts=contacts)
+    own = [gb.figure(f"v{k}", "velocity", f"m{k}.at", statistic="value", time=0.004) for k in range(1, len(masses))]
+    start = scene.state(velocity={"m0": 1.0})
+    found = gb.run(scene, step=step, end=0.004, start=start, figures=own, output=tmp_path / "row").summary["errors"]
+    assert found["horizon"] is None
+    exact = (1.0 + restitution) * masses[0] / sum(masses)
+    for one in found["figures"]:
+        if one["unit"] == "m/s":
+            assert abs(one["value"] - exact) <= one["error"] + 1e-9

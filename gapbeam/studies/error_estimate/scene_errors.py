@@ -45,6 +45,7 @@ from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_t
 from gapbeam.studies.error_estimate.companions import FINER, HALF_STEP, STIFFER, quiet, words_of_failed
 from gapbeam.studies.error_estimate.figure_errors import (
     FACTORS,
+    RESTS,
     FigureError,
     figure_errors,
     figure_spans,
@@ -175,11 +176,9 @@ def _of_pairs(motion: MotionRecord, scene: Scene) -> Iterator[MotionRecord]:
     apart = list[Array]()
     for motions in ("", " lateral") if motion.in_space else ("", " 1", " 2", " 3"):
         for first, *others in sorted(pairs):
-            apart += [
-                moved[first + motions] - moved[one + motions]
-                for one in others
-                if {first + motions, one + motions} <= moved.keys()
-            ]
+            both = [(moved[first + motions], moved[one + motions]) for one in others
+                    if {first + motions, one + motions} <= moved.keys()]  # fmt: skip
+            apart += [(a - b) * bool(np.ptp(a - b) > RESTS * np.ptp(a)) for a, b in both]  # less is round-off
     if apart:
         yield replace(motion, probes=tuple(map(str, range(len(apart)))), displacement=np.stack(apart, axis=1))
 

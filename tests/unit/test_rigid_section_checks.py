@@ -9,7 +9,7 @@ import pytest
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from gapbeam.solver.case.solution_tables import ReducedModel
-from gapbeam.studies.error_estimate.companions import companions_of
+from gapbeam.studies.error_estimate.companions import FINEST, FINEST_MODES, companions_of
 from tests.shared.case_texts import BEAM, assert_says, faults_of, written
 
 HOLES = """
@@ -89,5 +89,6 @@ def test_error_estimates_name_what_sections_leave_out(tmp_path: Path) -> None:
     case = read_case(written(tmp_path, GOOD.replace(RIGID, RIGID + "stations = 5\n")))
     plan = companions_of(case, 1e-4, 1e9, True)
     assert any('sections = "rigid" leaves out' in one for one in plan.left_out)
-    models = [ReducedModel.model_validate(dict(one.changes["model"])) for one in plan.companions]
-    assert [model.rings for model in models] == [5] * len(models)
+    models = {one.name: ReducedModel.model_validate(dict(one.changes["model"])) for one in plan.companions}
+    assert {name: model.rings for name, model in models.items()} == dict.fromkeys(models, 5) | {FINEST: 7}
+    assert models[FINEST].modes == FINEST_MODES

@@ -3,7 +3,9 @@
     twice the step    the reduced model with the mesh of the run; the model of the run where that is no full model
     four times it     the same with four times the step: for solids, whose companions are plane
     coarser mesh      the same as the first with cells twice as large
-    finest            the same as the first with half the cells, 40 modes and up to 19 shapes along each face
+    finest            the same as the first with half the cells, 40 modes and up to 19 shapes along each face; of rigid
+                      sections 40 modes and half as many sections again; of rigid bodies, with the step of the run,
+                      whose elastic motions twice the step would not resolve
     stiffer           the same as the first with twice the contact stiffness, where that was computed: it stands for
                       rigid contact then
 
@@ -165,11 +167,11 @@ def companions_of(
         left_out.append("the mesh, which is given by a file")
     else:
         left_out += _why_no_finer(case, plane, even)
-        fine = _finer(case, plane, even)
+        fine, rigid = _finer(case, plane, even), isinstance(case.model, RigidModel)  # which has no mesh
         if fine is not None:
-            found.append(companion(FINEST, 0.5 if thorough else base, fine))
+            found.append(companion(FINEST, 0.5 if thorough else 1.0 if rigid else base, fine))
         coarse = companion(COARSER, base, mesh_keys(case, 2.0, plane, even) | {"model": _model(case, 0.5)})
-        if thorough or sum(one.steps for one in [*found, coarse]) <= MOST_STEPS:
+        if thorough or (not rigid and sum(one.steps for one in [*found, coarse]) <= MOST_STEPS):
             found.append(coarse)
     return CompanionPlan(tuple(found), plane, tuple(left_out), records)
 
@@ -180,6 +182,10 @@ def _finer(case: Case, plane: bool, even: bool) -> dict[str, Any] | None:
         return None
     if case.mesh.dimension == 2 or plane:
         return mesh_keys(case, 0.5, plane, even) | {"model": _finest(case)}
+    if isinstance(case.model, ReducedModel) and case.model.rings:
+        own, rings = _model(case, None), case.model.rings
+        finer = {"modes": max(own["modes"], FINEST_MODES), "stations": min(rings + rings // 2, MOST_STATIONS)}
+        return {"model": own | finer}
     simpler = isinstance(case.model, BeamModel | RigidModel)  # what they leave out of the solid is an error of theirs
     solid = simpler and not _contact_of_basis(case) and not _needs_two_bases(case)
     if not solid:

@@ -5,12 +5,13 @@ half the step, stiffer contact),
 
     E = max(2 |R - A|, |R - C|, |R - D| / 2, 4/3 |R - H|) + |f - R| + 3.4 |R - K|
 
-each term where there is such a companion. The reference marches with twice the step of the run, by a scheme that
-conserves energy: |f - R| is the error of a scheme of first order, and three times that of one of second order; it has
-the energy that another scheme creates or takes and, of full models, the error of the reduced basis, too. A thorough
-estimate has a reference by the scheme and with the step of the run. |R - K| belongs to a contact stiffness that was
-computed and stands for rigid contact: the duration of contacts goes as K^(-1/2), so that the distance from rigid
-contact is 1 / (1 - 2^(-1/2)) = 3.4 times the difference that doubling K makes.
+each term where there is such a companion; of largest recorded forces 1.75 times, of smoothed accelerations 1.5 times as
+much up to the horizon. The reference marches with twice the step of the run, by a scheme that conserves energy: |f - R|
+is the error of a scheme of first order, and three times that of one of second order; it has the energy that another
+scheme creates or takes and, of full models, the error of the reduced basis, too. A thorough estimate has a reference by
+the scheme and with the step of the run. |R - K| belongs to a contact stiffness that was computed and stands for rigid
+contact: the duration of contacts goes as K^(-1/2), so that the distance from rigid contact is 1 / (1 - 2^(-1/2)) = 3.4
+times the difference that doubling K makes.
 
 Twice the step shows no error of contacts that it resolves as little as the run. |f - R| of a face, and beyond the
 horizon of all figures, is at least the share of `lost_in_steps`: (2 d / pi) tan(pi / (2 d)) - 1 for a contact of d
@@ -28,10 +29,11 @@ of motions that differ by phase agree by chance. An error E of the first one, H,
 which is quadratic in small changes of the motion: their errors are at least min(E, E^2 / (2 H)).
 
 Where plane companions stand for a solid, differences are taken relative to the figures of the plane and enlarged by a
-tenth, and |f - R| falls away. A motion across another one that is a million times as large is made by the asymmetry of
-the mesh, and its figures have no error. Where the horizon ends a span, be it within the second half, motions are about
-to part: E is twice as large there. Of a part up to the horizon in one window, the change of f with an end later by two
-records of the companions is added: a blow that comes just after the end of the run's part comes before that in others.
+tenth, and |f - R| falls away. A motion across another one that is a million times as large, beyond the horizon a
+thousand times, is made by the asymmetry of the mesh, and its figures have no error. Where the horizon ends a span, be
+it within the second half, motions are about to part: E is twice as large there. Of a part up to the horizon in one
+window, the change of f with an end later by two records of the companions is added: a blow that comes just after the
+end of the run's part comes before that in others.
 
 Beyond the horizon figures are means over windows, and so is each term: it differs by chance as much as two means do.
 With the variance v of a mean, c = t sqrt(2 v) and Student's t (95 %, two-sided),
@@ -72,7 +74,8 @@ from gapbeam.studies.error_estimate.force_peaks import (
     key_figures,
     lost_in_steps,
 )
-from gapbeam.studies.error_estimate.motion_record import MotionRecord, lost_between_records, window_means
+from gapbeam.studies.error_estimate.motion_horizon import STILL
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, lost_between_records
 
 FACTORS = {FINEST: 2.0, COARSER: 1.0, FOURFOLD: 0.5, HALF_STEP: 4.0 / 3.0}
 OTHER_STEPS = (TWICE, FOURFOLD, HALF_STEP)
@@ -89,12 +92,14 @@ PARTED, OF_FINER = 2.0, 2.0  # E is so much larger where motions are about to pa
 # impulses, and of the records of figures of one's own, the share of the time in which they differ by less.
 OF_CHATTER = {DISPLACEMENT: 0.35, SMOOTHED_ACCELERATION: 0.35}
 OF_ONE = {DISPLACEMENT: 0.1, SMOOTHED_ACCELERATION: 0.1, LARGEST_FORCE: 0.02, IMPULSE: 0.75}  # with one companion
+OF_PEAKS = {LARGEST_FORCE: 1.75, SMOOTHED_ACCELERATION: 1.5}  # over errors of figures that follow ringing less
 CONFIDENCE = 0.95
 SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below what is pooled
 FIRST_ORDER, SLOWEST = 0.5, 0.9  # ratios of differences of finer meshes
 RESTS = 1.0e-9  # of the largest displacement: a range that is smaller is round-off and the residue of the seat
 BARELY = 1.0e-5  # likewise, where none of its digits is right: the asymmetry of a mesh moves a beam so far sideways
 LEAST_PART = 1.0e-6  # of a figure: less is no error
+BESIDE = 1.0e-3  # of a motion across another, beyond the horizon: what moves less grows out of asymmetry
 ROUND_OFF = 1.0e-12  # of a figure: a plane one that is smaller is no scale
 
 
@@ -205,7 +210,8 @@ def figure_errors(
         here, other_step = run.thinned(records), least if reference in OTHER_STEPS else {}
         apart[MODEL] = _apart(here, usual_motion, span, averages, other_step)
     farthest = run.farthest or float(np.abs(run.displacement).max(initial=0.0))
-    still = {probe for probe, moves in zip(run.probes, run.ranges >= STILL * run.spans, strict=True) if not moves}
+    moves = run.ranges >= (STILL if span.predictable else BESIDE) * run.spans
+    still = {probe for probe, moving in zip(run.probes, moves, strict=True) if not moving}
     found = []
     for name, figure in reported.items():
         if any(name not in one for one in (mine, same, *theirs.values())):
@@ -227,13 +233,14 @@ def figure_errors(
                 parts[SHORT] = share * abs(figure.mean)
             everyone = [mine[name], *(one[name] for one in theirs.values())]
             known = parts | _later_meshes(parts) if meshed else parts
+            larger = 1.0 if alone else next((by for end, by in OF_PEAKS.items() if name.endswith(end)), 1.0)
             if span.name == SETTLED:
                 parts[SETTLING] = left_to_settle(figure.values)
-                error = _error(known, span, factors) + parts[SETTLING]
+                error = larger * _error(known, span, factors) + parts[SETTLING]
             elif span.predictable:
                 if name in later:
                     parts[EDGE] = abs(later[name].mean - figure.mean)
-                error = _error(known, span, factors) + parts.get(EDGE, 0.0)
+                error = larger * _error(known, span, factors) + parts.get(EDGE, 0.0)
             else:
                 error = _error_of_means(known, everyone, ratio, factors)
         if left.get(name) and (error is not None or figure.unit == "1"):
@@ -430,71 +437,3 @@ def quantile_of_means(within: float, between: float, means: int, count: int) -> 
         return float(scipy.stats.t.ppf(level, free[1]) * np.sqrt(between))
     pooled = (free[0] * within + free[1] * between) / sum(free)
     return float(scipy.stats.t.ppf(level, sum(free)) * np.sqrt(pooled))
-
-
-APART = 0.03  # of the range of the motion: beyond, two motions have parted
-STILL = 1.0e-6  # of the largest displacement: what moves less is at rest but for the residue of the seat
-REPEATED = 0.01  # of the range of the motion: two cycles that differ by less are the same
-CYCLES = 3  # in a row that a periodic motion repeats
-
-
-def horizon_of(motion: MotionRecord, others: Iterable[tuple[MotionRecord, float]], smoothing: float) -> float | None:
-    """Return the first time at which another motion has left a motion by 3 % of its range, s; None: none does.
-
-    The displacements of the probes are compared, without those of the start; without probes means of the contact
-    forces are. Motions that part multiply small differences, which only contacts that open or close do: where none
-    does, a motion is linear, and its errors are those of its figures.
-
-    Args:
-        motion: The motion.
-        others: Each other motion on the same times, and which part of the difference to it counts.
-        smoothing: Width of the means of the forces, s.
-    """
-    if not motion.contact_changes:
-        return None
-    found = []
-    mine = _waves(motion, smoothing)
-    spans = motion.spans if motion.probes else np.ptp(mine, axis=0)
-    moves = spans > (STILL * np.abs(motion.displacement).max(axis=0) if motion.probes else 0.0)
-    for other, share in others:
-        theirs = _waves(other, smoothing)
-        count = min(len(mine), len(theirs))
-        apart = share * np.abs(theirs[:count] - mine[:count]) > APART * spans
-        parted = np.flatnonzero(np.any(apart & moves, axis=1))
-        if parted.size:
-            found.append(float(motion.times[parted[0]]))
-    return min(found, default=None)
-
-
-def repeats(motion: MotionRecord, spans: Iterable[Span], smoothing: float) -> bool:
-    """Return whether the second half of a forced motion has settled: whether it is periodic.
-
-    That is so where its last displacements are, within 1 % of their range, those of p forcing periods earlier, three
-    cycles of p periods in a row; without probes means of the contact forces are compared.
-
-    Args:
-        motion: The motion.
-        spans: Its parts; without a second half it has not settled.
-        smoothing: Width of the means of the forces, s.
-    """
-    late = next((one for one in spans if one.frequency is not None), None)
-    if late is None:
-        return False
-    part = motion.between(late.start, late.end)
-    waves = _waves(part, smoothing)
-    times = part.times[: len(waves)] - part.times[0]
-    ranges = np.ptp(waves, axis=0)
-    assert late.frequency is not None
-    period = 1.0 / late.frequency
-    for cycle in range(1, int(times[-1] / ((CYCLES + 1) * period) + REPEATED) + 1):
-        last = times >= times[-1] - CYCLES * cycle * period
-        earlier = np.stack([np.interp(times[last] - cycle * period, times, wave) for wave in waves.T], axis=1)
-        if np.all(np.abs(waves[last] - earlier) <= REPEATED * ranges):
-            return True
-    return False
-
-
-def _waves(motion: MotionRecord, smoothing: float) -> Array:
-    if not motion.probes:
-        return window_means(motion.impulse, motion.interval, smoothing)
-    return np.asarray(motion.displacement - motion.displacement[0])

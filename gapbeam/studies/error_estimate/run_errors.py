@@ -43,9 +43,7 @@ from gapbeam.studies.error_estimate.figure_errors import (
     FigureError,
     figure_errors,
     figure_spans,
-    horizon_of,
     lost_by_own,
-    repeats,
 )
 from gapbeam.studies.error_estimate.force_peaks import (
     BEYOND_HORIZON,
@@ -63,6 +61,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     peak_forces,
     spans_of,
 )
+from gapbeam.studies.error_estimate.motion_horizon import horizon_of, repeats
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, impact_rates
 from gapbeam.studies.error_estimate.stiff_supports import doubts_about_forces, own_stiffness_advice
 

@@ -49,9 +49,7 @@ from gapbeam.studies.error_estimate.figure_errors import (
     FigureError,
     figure_errors,
     figure_spans,
-    horizon_of,
     lost_by_own,
-    repeats,
 )
 from gapbeam.studies.error_estimate.force_peaks import (
     FEWEST_RECORDS,
@@ -63,6 +61,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     lost_in_steps,
     spans_between,
 )
+from gapbeam.studies.error_estimate.motion_horizon import horizon_of, repeats
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, impact_rates
 
 OF_MIDPOINT, OF_OTHERS = 2.0, 3.0  # the factors F

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from math import pi, sqrt
 from typing import Any
 
@@ -70,6 +71,31 @@ def test_a_part_that_a_joint_holds_is_no_overhang(kind: str, at: float, start: f
     (length,) = [end - begin for begin, end in parts if begin <= at <= end]
     longest = max(end - begin for begin, end in parts)
     assert bending_words(found) == (f"cantilever of {length:g} m" if length == longest else "clamped overhang")
+
+
+SUPPORT = 'support=[{{ name = "s", from = 0.0, to = 0.05, clearance = 1e-4, {} }}]'
+
+
+@pytest.mark.parametrize(
+    "exact",
+    [
+        ("model=rigid",),
+        ('model={ type = "reduced", modes = 4 }',),
+        ("output.points=true",),
+        (SUPPORT.format("stiffness = 1e9"),),
+        (SUPPORT.format('law = { type = "hunt-crossley", restitution = 0.8 }'),),
+    ],
+)
+@pytest.mark.parametrize("scheme", ["moreau-jean", "implicit-midpoint"])
+def test_the_penalty_formulation_is_advised_with_a_scheme_that_takes_it(exact: tuple[str, ...], scheme: str) -> None:
+    """A scheme of impulses refused it next, though nothing but the advice had been followed."""
+    given = (*exact, "contact.formulation=unilateral", f"time.scheme={scheme}")
+    with pytest.raises(CaseError) as refused:
+        case(*given)
+    words = str(refused.value)
+    keys = re.findall(r'(formulation|scheme) = "([a-z-]+)" in \[(contact|time)\]', words)
+    assert ("formulation", "penalty", "contact") in keys, words
+    case(*given, *(f"{table}.{key}={value}" for key, value, table in keys))
 
 
 def test_a_falling_beam_moves() -> None:

@@ -59,14 +59,14 @@ def law_fits_the_formulation(support: AnySupports, contact: Contact, time: Time)
         yield Fault(("contact", "stiffness"), '"auto"', expected, hint, (("contact", "law"),))
 
 
-def point_results_follow_the_law(contact: Contact, output: Output) -> Iterator[Fault]:
+def point_results_follow_the_law(contact: Contact, output: Output, time: Time) -> Iterator[Fault]:
     """Results of contact points follow from the penetration, which exact formulations do not have."""
     if output.points and not contact.formulation.follows_the_law:
         yield Fault(
             ("output", "points"),
             f"true, with the formulation {contact.formulation.type}",
             "contact by a law of the penetration, which shows where a point is pressed",
-            'formulation = "penalty" in [contact], or leave points out',
+            f"{by_penalty(contact, time)}, or leave points out",
             (("contact", "formulation"),),
         )
 
@@ -74,6 +74,12 @@ def point_results_follow_the_law(contact: Contact, output: Output) -> Iterator[F
 def law_fits_the_rest(contact: Contact) -> Iterator[Fault]:
     """Contradictions between the law, the formulation and contact.damping."""
     yield from contact.law.contradictions(contact.formulation, contact.damping)
+
+
+def by_penalty(contact: Contact, time: Time) -> str:
+    """Return the advice to take the penalty formulation, with a scheme that takes it."""
+    scheme = f', and scheme = "{advised_scheme(contact)}" in [time]' if time.scheme.impulses else ""
+    return f'formulation = "penalty" in [contact]{scheme}'
 
 
 def impulses_are_unilateral(contact: Contact, time: Time) -> Iterator[Fault]:
@@ -89,7 +95,9 @@ def impulses_are_unilateral(contact: Contact, time: Time) -> Iterator[Fault]:
         )
 
 
-def exact_contact_starts_outside(support: AnySupports, contact: Contact, analysis: Analysis) -> Iterator[Fault]:
+def exact_contact_starts_outside(
+    support: AnySupports, contact: Contact, analysis: Analysis, time: Time
+) -> Iterator[Fault]:
     """Exact contact has no state within the faces: a march from there follows from the step alone."""
     formulation = contact.formulation
     exact = not formulation.follows_the_law and formulation.stress_terms is None
@@ -102,7 +110,7 @@ def exact_contact_starts_outside(support: AnySupports, contact: Contact, analysi
                 ("analysis", "start"),
                 f"undeformed, {deepest:g} m within the faces, with the formulation {formulation.type}",
                 "seat: exact contact allows no pose within the faces to start from",
-                'start = "seat", or formulation = "penalty" in [contact]',
+                f'start = "seat", or {by_penalty(contact, time)}',
                 ((*key, "clearance"), ("contact", "formulation")),
             )
 
@@ -305,7 +313,7 @@ def idle_keys(contact: Contact, layout: Layout) -> list[str]:
     return [key for key, found in acts.items() if not found]
 
 
-def own_laws_follow_the_penetration(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+def own_laws_follow_the_penetration(support: AnySupports, contact: Contact, time: Time) -> Iterator[Fault]:
     """A support names a law where contact goes by a law of the penetration."""
     if contact.formulation.follows_the_law:
         return
@@ -314,7 +322,7 @@ def own_laws_follow_the_penetration(support: AnySupports, contact: Contact) -> I
             key,
             f"{law.type}, with the formulation {contact.formulation.type}",
             "no law: this formulation is for rigid supports",
-            'formulation = "penalty" in [contact], or leave law out',
+            f"{by_penalty(contact, time)}, or leave law out",
             (("contact", "formulation"),),
         )
 

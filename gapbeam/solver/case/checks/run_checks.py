@@ -12,7 +12,7 @@ from gapbeam.solver.case.beam_motions import motions_of_tables
 from gapbeam.solver.case.beam_profile import Beam, beam_at
 from gapbeam.solver.case.case import Contact, Damping, Mesh, Output, advised_scheme
 from gapbeam.solver.case.checks.attachment_checks import Joints
-from gapbeam.solver.case.checks.contact_checks import rubbing
+from gapbeam.solver.case.checks.contact_checks import by_penalty, rubbing
 from gapbeam.solver.case.checks.place_checks import Loads, Probes, Segments
 from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ModelTable, ReducedModel, RigidModel, Time
 from gapbeam.solver.loads.attachments import Joint, MotionName, PointMass
@@ -296,7 +296,7 @@ TYPE = ("model", "type")
 SECTIONS = ("model", "sections")
 
 
-def contact_fits_the_model(model: ModelTable, support: AnySupports, contact: Contact) -> Iterator[Fault]:
+def contact_fits_the_model(model: ModelTable, support: AnySupports, contact: Contact, time: Time) -> Iterator[Fault]:
     """A basis of few DOFs has no stress at the contact points, and few motions that constraints could hold."""
     if isinstance(model, FullModel):
         return
@@ -314,7 +314,7 @@ def contact_fits_the_model(model: ModelTable, support: AnySupports, contact: Con
             TYPE,
             f"{model.type}, with the formulation {formulation.type}",
             'full, or reduced with contact = "all": more points than motions of the faces cannot all be held exactly',
-            either + 'formulation = "penalty" in [contact]',
+            either + by_penalty(contact, time),
             (("contact", "formulation"),),
         )
     if contact.mass == "redistributed":

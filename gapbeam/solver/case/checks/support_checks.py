@@ -8,8 +8,9 @@ from itertools import combinations
 from gapbeam.solver.case.analysis_table import Analysis, Periodic, Transient
 from gapbeam.solver.case.beam_profile import Beam, beam_at, span_lies_on_the_beam
 from gapbeam.solver.case.case import Contact, Mesh, law_at, own_law, whole_unit
+from gapbeam.solver.case.checks.contact_checks import by_penalty
 from gapbeam.solver.case.checks.place_checks import Loads, Segments
-from gapbeam.solver.case.solution_tables import FullModel, ModelTable
+from gapbeam.solver.case.solution_tables import FullModel, ModelTable, Time
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic
 from gapbeam.solver.loads.attachments import Joint, bending_rank
 from gapbeam.solver.loads.load_choice import Load
@@ -50,7 +51,7 @@ def supports_keep_apart(support: AnySupports) -> Iterator[Fault]:
             )
 
 
-def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+def own_contact_fits_the_case(support: AnySupports, contact: Contact, time: Time) -> Iterator[Fault]:
     """A support brings stiffness, damping and friction of its own where those of [contact] could stand."""
     formulation = contact.formulation
     for key, one in keyed(support):
@@ -61,7 +62,7 @@ def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterato
                     (*key, name),
                     f"{stiffness:g} {unit}, with the formulation {formulation.type}",
                     "no stiffness: this formulation is for rigid supports",
-                    f'formulation = "penalty" in [contact], or leave {name} out',
+                    f"{by_penalty(contact, time)}, or leave {name} out",
                     (("contact", "formulation"),),
                 )
         name, unit = ("support_damping", "N s/m") if one.damping is None else ("damping", contact.damping_unit)

@@ -186,8 +186,8 @@ class Joint(Feedback):
             raise ArgumentError(
                 "joint: found a force without a name, expected a name, under which it is recorded", "force"
             )
-        first = self.points[0]
-        if force and (first.turns or first.directions is None):
+        first = self.points[0] if self.points else None
+        if force and first is not None and (first.turns or first.directions is None):
             raise ArgumentError(
                 f"joint {name}: found a force on point {first.name or '?'}, whose motions have no directions in space, "
                 "expected a point of a structure that is placed in space, and no rotation",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.loads.time_function import Harmonic, piecewise_mean
+from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import answered, checked, finite
@@ -166,8 +166,8 @@ class Load:
     def over_steps(self, times: Array, lanes: int = 1, level: float = 0.5) -> Array:
         """Return the values that steps take, (steps, lanes).
 
-        The midpoint rule takes the mean over a step of a table, and of a function with `mean_over`: a jump within the
-        step then gives its exact impulse. Other functions and rules: the value at the level of the step.
+        The midpoint rule takes the mean over a step of a function with `mean_over`: a jump within the step then gives
+        its exact impulse. Other functions and rules: the value at the level of the step.
 
         Args:
             times: Ends of the steps, after their start, s, (steps + 1,).
@@ -181,16 +181,10 @@ class Load:
         inside = starts + level * (ends - starts)
         if level != 0.5 or not len(starts):
             return self.table(inside, lanes)
-        if isinstance(self.value, tuple):
-            known, values = self.value
-            found = self.table(inside, lanes)
-            found[:] = piecewise_mean(lambda t: np.interp(t, known, values), known, starts, ends)[:, None]
-            return found
         mean = getattr(self.value, "mean_over", None) if callable(self.value) else None
         if mean is None:
             return self.table(inside, lanes)
-        found = mean(starts[:, None], ends[:, None], **self.parameters)
-        return np.broadcast_to(found, (len(starts), lanes))
+        return np.broadcast_to(mean(starts[:, None], ends[:, None], **self.parameters), (len(starts), lanes))
 
     def _asked(self, t: Any, shape: tuple[int, int]) -> Array:
         """Return the values of the function at one or all times.

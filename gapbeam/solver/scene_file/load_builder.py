@@ -54,31 +54,41 @@ class LoadSignal:
     """The function of time of a load, for arrays of any shape.
 
     Attributes:
-        function: Its values and means.
+        value: s at each of an array of times.
+        mean: Mean of s over intervals, from starts to ends, of loads that jump; None: steps take s in their middle.
     """
 
-    function: TimeFunction
+    value: Callable[[Any], Any]
+    mean: Callable[[Array, Array], Any] | None = None
 
     def __call__(self, times: Any, scale: Any = 1.0) -> Array:
         """Return the values at these times, times a parameter of the load."""
-        return np.asarray(scale * _for_each(self.function.value, times))
+        flat = np.ravel(times)
+        found = np.array(np.broadcast_to(self.value(flat), flat.shape), dtype=float).reshape(np.shape(times))
+        return np.asarray(scale * found)
 
-    def mean_over(self, starts: Array, ends: Array, scale: Any = 1.0) -> Array:
-        """Return the means over intervals, times a parameter of the load."""
-        return np.asarray(scale * _for_each(self.function.mean, starts, ends))
+    @property
+    def mean_over(self) -> Callable[..., Any] | None:
+        """Means over intervals, times a parameter of the load, where it jumps."""
+        mean = self.mean
+
+        def scaled(starts: Array, ends: Array, scale: Any = 1.0) -> Any:
+            assert mean is not None
+            return scale * mean(starts.ravel(), ends.ravel())[:, None]
+
+        return None if mean is None else scaled
 
 
-def _for_each(function: Callable[..., Any], *arrays: Any) -> Array:
-    """Return the values of a function of flat arrays, in their shape."""
-    flat = [np.ravel(one) for one in arrays]
-    return np.array(np.broadcast_to(function(*flat), flat[0].shape), dtype=float).reshape(np.shape(arrays[0]))
+def signal_of(s: TimeFunction) -> LoadSignal:
+    """Return the function of time of a load."""
+    return LoadSignal(s.value, s.mean if s.jumps else None)
 
 
 def valued(load: AnyLoad) -> tuple[Callable[..., Any], dict[str, Any]]:
     """Return the value of a load and its parameters, which members of an ensemble may differ in."""
-    s = load.time_function()
-    own = {"mean": float(s.value(0.0))} if load.static else sine_of(s.value)
-    return (LoadSignal(s), {"scale": 1.0}) if own is None else (sine, own | {"scale": 1.0})
+    signal = signal_of(load.time_function())
+    own = {"mean": float(signal(0.0))} if load.static else sine_of(signal.value)
+    return (signal, {"scale": 1.0}) if own is None else (sine, own | {"scale": 1.0})
 
 
 def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
@@ -102,7 +112,7 @@ def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
         if isinstance(point, MovingPoint) and unit is not None:
             way = point.track
             return [
-                *moving_force(way.points, list(way.places), LoadSignal(load.time_function()), way.position, name, unit)
+                *moving_force(way.points, list(way.places), signal_of(load.time_function()), way.position, name, unit)
             ]
         return [] if point is None or unit is None else [Force(point, value, unit, name, **own)]
     bodies = {one: body for one, body in site.bodies.items() if wanted in (None, one)}
@@ -158,7 +168,7 @@ def _along_beam(site: Site, number: int, load: LineLoad, body: Structure) -> lis
         return []
     rows = np.stack([unit @ point.rows for point in points])
     return [
-        Load(body, np.asarray(pattern.weights) @ rows, LoadSignal(part.time_function()), f"{load.name}-{k}")
+        Load(body, np.asarray(pattern.weights) @ rows, signal_of(part.time_function()), f"{load.name}-{k}")
         for k, (part, pattern) in enumerate(zip(load.parts, load.patterns, strict=True), start=1)
     ]
 
@@ -226,10 +236,9 @@ def _at_clamp(
     s = load.time_function()
     assert s.rate is not None
     assert s.acceleration is not None
-    moved = TimeFunction(lambda t: s.value(t) - s.value(0.0), lambda a, b: s.mean(a, b) - s.value(0.0))
-    rate = LoadSignal(_derivative(s.rate, s.value))
-    others = {"C": rate, "M": LoadSignal(_derivative(s.acceleration, s.rate))}
-    found: dict[str, Load] = {"K": ClampMotion(body, force.pop("K"), LoadSignal(moved), rate)}
+    value, rate = LoadSignal(lambda t: s.value(t) - s.value(0.0)), LoadSignal(s.rate)
+    others = {"C": rate, "M": LoadSignal(s.acceleration)}
+    found: dict[str, Load] = {"K": ClampMotion(body, force.pop("K"), value, rate)}
     found |= {letter: Load(body, f, others[letter]) for letter, f in force.items()}
     for letter in {"K", "M"} & set(found):
         found[letter].held = {key: -one.driven[f"{clamp}: {letter}"] @ unit for key, one in body.reactions.items()}
@@ -239,28 +248,19 @@ def _at_clamp(
 def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:
     """Return the forces k s + c s' on a point by the end of a joint that moves by s, counted from t = 0."""
 
-    def force(s: TimeFunction) -> LoadSignal:
-        assert s.rate is not None
-        rate = _derivative(s.rate, s.value)
-        return LoadSignal(
-            TimeFunction(
-                lambda t: joint.stiffness * (s.value(t) - s.value(0.0)) + joint.damping * rate.value(t),
-                lambda a, b: joint.stiffness * (s.mean(a, b) - s.value(0.0)) + joint.damping * rate.mean(a, b),
-            )
-        )
+    def force(s: TimeFunction) -> Callable[[Any], Any]:
+        rate = s.rate
+        assert rate is not None
+        return lambda t: joint.stiffness * (s.value(t) - s.value(0.0)) + joint.damping * rate(t)
 
     motions = _motions(site, joint.name, point) if len(joint.between) == 1 else []
-    loads = [Force(point, force(s), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)]
+    named = [(f"{joint.name} {number}-{k}", unit, s) for k, (unit, s) in enumerate(motions)]
+    loads = [Force(point, LoadSignal(force(s)), unit, name) for name, unit, s in named]
     along = point.directions
     for load, (unit, _) in zip(loads, motions, strict=True):
         if along is not None:
             load.held[joint.name] = -np.pad(along.T @ unit, (0, HELD - 3))
     return list(loads)
-
-
-def _derivative(rate: Callable[[Any], Any], value: Callable[[Any], Any]) -> TimeFunction:
-    """Return the derivative of a function, whose mean is the function's difference by the interval."""
-    return TimeFunction(rate, lambda starts, ends: (value(ends) - value(starts)) / (ends - starts))
 
 
 def moved_contacts(site: Site, contact: Contact, pair: str) -> list[Contact]:

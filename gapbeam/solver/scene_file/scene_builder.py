@@ -52,11 +52,11 @@ from gapbeam.solver.scene_file.feedback_tables import (
 )
 from gapbeam.solver.scene_file.frame_builder import direction_of, extent_of, framed, stations_of
 from gapbeam.solver.scene_file.load_builder import (
-    LoadSignal,
     at_moving_end,
     driven_joints,
     loads_of,
     moved_contacts,
+    signal_of,
 )
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
 from gapbeam.solver.scene_file.scene_case import SceneCase
@@ -160,7 +160,7 @@ def with_noise(scene: Scene, loads: Iterable[AnyLoad]) -> Scene:
             drawn += [(f"{name}-{k}", part) for k, part in enumerate(load.parts, start=1)]
         elif load.noise:
             drawn += [(name, load)]
-    return scene.with_({f"{name}.value": LoadSignal(part.time_function()) for name, part in drawn})
+    return scene.with_({f"{name}.value": signal_of(part.time_function()) for name, part in drawn})
 
 
 def start_velocities(case: SceneCase, scene: Scene) -> dict[Structure, Array]:

@@ -79,9 +79,11 @@ class Jump:
         self.start = start
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
+        """Return the force at times."""
         return np.asarray(np.where(t >= self.start, 100.0, 0.0))
 
     def mean_over(self, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Return its means over steps."""
         return np.asarray(100.0 * np.maximum(ends - np.maximum(starts, self.start), 0.0) / (ends - starts))
 
 

@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests.shared.overlay import Overlay
-from tests.shared.passages import followed
 
 Overlay(Path(sys.argv[1])).lay()  # also in the processes of a sweep, which import this file
 
@@ -28,6 +27,7 @@ if __name__ == "__main__":
     from gapbeam.solver.models.model import build_model
     from gapbeam.solver.seat.static_seat import find_seat
     from tests.programs.captured_call import captured
+    from tests.shared.passages import followed
 
     case, results = sys.argv[2], Path(sys.argv[3])
 

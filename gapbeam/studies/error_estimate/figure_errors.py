@@ -38,9 +38,10 @@ end of the run's part comes before that in others.
 Beyond the horizon figures are means over windows, and so is each term: it differs by chance as much as two means do.
 With the variance v of a mean, c = t sqrt(2 v) and Student's t (95 %, two-sided),
 
-    E = c + max_i F_i max(0, |d_i| - c)
+    E = 1.15 (c + max_i F_i max(0, |d_i| - c))
 
 with the factors F_i of the terms above: what differs by more than chance is an error of step, mesh or stiffness.
+The factor 1.15 is that of windows that follow each other.
 
 The factors but those derived here were found by comparing estimates with converged marches (benchmarks.drawn_cases).
 """
@@ -93,6 +94,7 @@ PARTED, OF_FINER = 2.0, 2.0  # E is so much larger where motions are about to pa
 OF_CHATTER = {DISPLACEMENT: 0.35, SMOOTHED_ACCELERATION: 0.35}
 OF_ONE = {DISPLACEMENT: 0.1, SMOOTHED_ACCELERATION: 0.1, LARGEST_FORCE: 0.02, IMPULSE: 0.75}  # with one companion
 OF_PEAKS = {LARGEST_FORCE: 1.75, SMOOTHED_ACCELERATION: 1.5}  # over errors of figures that follow ringing less
+OF_WINDOWS = 1.15  # over errors of means of independent windows: neighbors in one motion follow each other
 CONFIDENCE = 0.95
 SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below what is pooled
 FIRST_ORDER, SLOWEST = 0.5, 0.9  # ratios of differences of finer meshes
@@ -413,7 +415,8 @@ def _error_of_means(
     scattered = quantile_of_means(within, between, len(values), count)
     chance = max(ratio, 1.0) * float(np.sqrt(2.0)) * scattered
     factors = {**shares, MODEL: 1.0, SHORT: 1.0, STIFFER: RIGID_FACTOR, FINER: OF_FINER}
-    return chance + max(factors[name] * max(0.0, part - chance) for name, part in parts.items())
+    excess = max(factors[name] * max(0.0, part - chance) for name, part in parts.items())
+    return OF_WINDOWS * (chance + excess)
 
 
 def quantile_of_means(within: float, between: float, means: int, count: int) -> float:

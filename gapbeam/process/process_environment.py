@@ -102,7 +102,7 @@ def is_somewhere() -> bool:
 
 
 def leave_cores_by_default() -> None:
-    """Let ranks of Open MPI that wait leave their core to other processes, as those of MPICH do.
+    """Let ranks of Open MPI that wait leave their core to other processes.
 
     Where cores are shared, ranks that wait at full speed take the cores of the ranks they wait for.
     """

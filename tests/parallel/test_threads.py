@@ -62,6 +62,7 @@ def test_threads_are_chosen_before_libraries_are_loaded() -> None:
 
 
 @alone
+@pytest.mark.skipif("Open MPI" not in MPI.Get_library_version(), reason="the option is one of Open MPI")
 def test_ranks_that_wait_leave_their_core(monkeypatch: pytest.MonkeyPatch) -> None:
     """A rank that waits on the core of a rank that works takes less than a third of its time: it took as much."""
     monkeypatch.delenv("OMPI_MCA_mpi_yield_when_idle", raising=False)

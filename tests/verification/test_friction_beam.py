@@ -102,7 +102,7 @@ def test_condensed_response_is_that_of_the_whole_system(changes: dict[str, Any],
 @pytest.mark.parametrize("degree", [2, 12], ids=["by point", "by interface DOF"])
 @pytest.mark.parametrize("changes", [FLAT, BLOCK], ids=["2D", "3D"])
 def test_linear_laws_hold_at_all_points(changes: dict[str, Any], degree: int, share: float) -> None:
-    """Drawn laws L x = x0 - E z on a share of the points, the response z = s D x to what was found: to 1e-9.
+    """Drawn laws L x = x0 - E z on a share of the points, the response z = s D x to what was found: to 1e-8.
 
     Of many points in contact no compliance of all motions is formed, which took 16 GB where 4000 points touch.
     """
@@ -121,7 +121,7 @@ def test_linear_laws_hold_at_all_points(changes: dict[str, Any], degree: int, sh
     opened, moved = condensed.respond_all(found[:, 0], found[:, 1:])
     wanted = known - np.einsum("pab,pb->pa", stiffness, scale * np.column_stack([opened, moved]))
     wanted[:, 1:] -= pull * found[:, :1]
-    assert np.abs(found - wanted).max() < 1e-9 * np.abs(found).max()
+    assert np.abs(found - wanted).max() < 1e-8 * np.abs(found).max()
     assert "compliance" not in vars(condensed) or degree == 2
 
 

@@ -276,7 +276,7 @@ def _cone(simulation: Simulation) -> tuple[Array, Array]:
     """
     model = simulation.model
     case, contact = simulation.case, model.system.contact
-    length, flat = model.case.beam.length, model.dimension == 2
+    length, flat = model.length, model.dimension == 2
     motions = [
         (one, 1.0 if any(one.translation) else 1.0 / length)
         for name, one in zip(NAMES, unit_motions(), strict=True)

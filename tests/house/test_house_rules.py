@@ -321,6 +321,17 @@ def test_no_file_is_long() -> None:
     assert {name: length for name, length in lengths.items() if length > LONGEST} == {}
 
 
+def test_models_are_asked_for_their_case_in_the_set_up_alone() -> None:
+    """At five places; others ask a model for its end, scheme, profile and length, or have the case from a caller."""
+    asked = [
+        f"{place(path)}: {line.strip()}"
+        for path in (*FILES, *BENCHMARKS)
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if re.search(r"\bmodel\.case\b", line)
+    ]
+    assert len(asked) <= 5, asked
+
+
 def test_folders_are_packages_of_gapbeam() -> None:
     """Every folder with modules has an `__init__.py`; links at the top level lead to what users look for there."""
     folders = {path.parent for path in FILES}

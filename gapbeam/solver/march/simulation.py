@@ -70,7 +70,7 @@ class Simulation:
 
     def __init__(self, model: Model, scheme: TimeScheme | None = None) -> None:
         self.model, self.case = model, model.case
-        self.scheme = model.case.time.scheme if scheme is None else scheme
+        self.scheme = model.scheme if scheme is None else scheme
         self.plan: March = march_of_model(model, self.scheme)
 
     @classmethod

@@ -26,7 +26,7 @@ def energy_creator(model: Model) -> Fault | None:
     augmented-lagrangian and nitsche. An explicit step does not bear a damper whose coefficient grows as the speed at
     touch goes to zero.
     """
-    case, scheme = model.case, model.case.time.scheme
+    case, scheme = model.case, model.scheme
     formulation = case.contact.formulation
     massless = case.contact.mass == "redistributed"
     if not scheme.creates_energy_on(massless):

@@ -29,6 +29,7 @@ from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.case.beam_motions import motions_in_words
+from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import (
     Default,
@@ -49,6 +50,7 @@ from gapbeam.solver.case.solution_tables import (
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.integrators.stable_step import stable_step
+from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.loads.load_choice import forcing_frequencies, load_direction
 from gapbeam.solver.loads.places import BodyForce, SupportAcceleration
 from gapbeam.solver.loads.support_walls import walls_of
@@ -249,9 +251,29 @@ class Model:
         return self.case.time.step
 
     @property
+    def end(self) -> float:
+        """Time at which the motion ends, s."""
+        return self.case.time.end
+
+    @property
+    def scheme(self) -> TimeScheme:
+        """Time scheme that the case asks for."""
+        return self.case.time.scheme
+
+    @property
     def dimension(self) -> int:
         """Dimension of the mesh, 2 or 3."""
         return int(self.space.mesh.geometry.dim)
+
+    @property
+    def profile(self) -> BeamProfile:
+        """The beam along its length."""
+        return self.case.profile
+
+    @property
+    def length(self) -> float:
+        """Length of the beam, m."""
+        return self.case.beam.length
 
     @property
     def bending_frequency(self) -> float:

@@ -62,7 +62,7 @@ class SteadyModel:
     @property
     def plan(self) -> March:
         """The march over one period of the response."""
-        return march_of_model(self.model, scheme_of_period(self.model.case.time.scheme))
+        return march_of_model(self.model, scheme_of_period(self.model.scheme))
 
     @property
     def forcing_frequency(self) -> float:
@@ -79,9 +79,7 @@ class SteadyModel:
         modal = modal_system(self.model.system)
         if modal is None:
             return None
-        return ModalMap(
-            modal, self.model.law, scheme_of_period(self.model.case.time.scheme), self.model.step, self.steps
-        )
+        return ModalMap(modal, self.model.law, scheme_of_period(self.model.scheme), self.model.step, self.steps)
 
 
 def scheme_of_period(scheme: TimeScheme) -> TimeScheme:
@@ -241,7 +239,7 @@ def find_response(
     """
     clock = time.perf_counter()
     model, per_period = with_whole_steps(model)
-    rounds = analysis.periods * ceil(model.case.time.end / (analysis.periods * per_period * model.step) - 1.0e-6)
+    rounds = analysis.periods * ceil(model.end / (analysis.periods * per_period * model.step) - 1.0e-6)
     marched = rounds if analysis.start == "march" else 0
 
     def seen(now: float, taken: int) -> None:
@@ -254,7 +252,7 @@ def find_response(
             raise Interrupted("interrupted in the search for a periodic response")
 
     # under the loads of the case, ramps included
-    plan = replace(march_of_model(model, scheme_of_period(model.case.time.scheme)), steps=marched * per_period)
+    plan = replace(march_of_model(model, scheme_of_period(model.scheme)), steps=marched * per_period)
     begin = end_of_march(plan, seat, seen)
     held = steady(model, analysis)
     settled = time.perf_counter()

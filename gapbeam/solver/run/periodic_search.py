@@ -84,7 +84,7 @@ def _found(
     model: Model, seat: State, analysis: Periodic, comm: MPI.Comm, period: float | None, interruption: Interruption
 ) -> PeriodicResponse:
     """Find the response, with a line of progress."""
-    with ProgressLine(model.case.time.end, period, quiet=comm.rank != 0) as progress:
+    with ProgressLine(model.end, period, quiet=comm.rank != 0) as progress:
 
         def talk(now: float, steps: int) -> None:
             progress.advance(now, steps, "before the search")

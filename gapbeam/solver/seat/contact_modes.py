@@ -72,7 +72,7 @@ class Sections:
         x = space.tabulate_dof_coordinates()[:owned]
         self._node_masses = self._masses()
         slices = self._slices(x)
-        edges = np.linspace(0.0, model.case.beam.length, slices + 1)
+        edges = np.linspace(0.0, model.length, slices + 1)
         self._slice = np.clip(np.searchsorted(edges, x[:, 0], side="right") - 1, 0, slices - 1)
         self._count = slices
         sums = self._sums(np.stack([np.ones(owned), *x.T]))
@@ -141,7 +141,7 @@ class Sections:
     def _masses(self) -> Array:
         """Return masses of the nodes: the diagonal of the consistent mass matrix, scaled to the mass of the beam."""
         space, meshed = self._model.space, self._model.body.meshed
-        profile = self._model.case.profile
+        profile = self._model.profile
         diagonal = mass_of(space, profile, 1.0).of_nodes()
         total = self._comm.bcast(self._comm.reduce(float(diagonal.sum())))
         mass = profile.pieces[0].material.density * meshed.section.volume if profile.one_material else profile.mass
@@ -149,7 +149,7 @@ class Sections:
 
     def _slices(self, x: Array) -> int:
         """Return the number of slices with at least one node each, from the largest distance between columns."""
-        gathered = self._comm.gather(np.unique(np.round(x[:, 0] / self._model.case.beam.length, 6)))
+        gathered = self._comm.gather(np.unique(np.round(x[:, 0] / self._model.length, 6)))
         widest = 0.0
         if gathered is not None:
             widest = float(np.max(np.diff(np.unique(np.concatenate(gathered)))))
@@ -263,9 +263,7 @@ def free_bending_modes(model: Model, count: int) -> HeldModes:
 
 def most_bending_modes(model: Model, sections: Sections) -> int:
     """Return the number of bending modes that mesh and beam have: half waves of two slices and of a thickness."""
-    return min(
-        len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(model.case.beam.length / model.case.profile.thickest)
-    )
+    return min(len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(model.length / model.profile.thickest))
 
 
 def _modes(
@@ -302,7 +300,7 @@ def _modes(
         motions=motions[:kept],
         places=sections.places,
         masses=sections.masses,
-        length=model.case.beam.length,
+        length=model.length,
     )
 
 

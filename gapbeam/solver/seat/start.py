@@ -63,7 +63,7 @@ def start_of_case(case: Case, model: Model, seat: State | None, left: State | No
     assert begin is not None
     if isinstance(analysis, Periodic):
         return begin
-    state, length = _with_bodies(model, begin), model.case.beam.length
+    state, length = _with_bodies(model, begin), model.length
     places, speeds = list[Array](), list[Array]()
     asked = list[str]()
     if analysis.start == "centered":
@@ -78,7 +78,7 @@ def start_of_case(case: Case, model: Model, seat: State | None, left: State | No
         places.append(mode.displacement)
         speeds.append(mode.velocity)
         asked.append("[analysis.mode]")
-    round_off = INSIDE * model.case.profile.thinnest
+    round_off = INSIDE * model.profile.thinnest
     return _moved(state, places, speeds, model.system, round_off, " with ".join(asked))
 
 

@@ -213,11 +213,11 @@ class CaseRates:
             RunFailed: The run did not pass.
             UserError: The run has too few records for statistics.
         """
-        steps = round(model.case.time.end / model.step)
+        steps = round(model.end / model.step)
         start = seated(model).state
         response = respond(model, start, steps, statistics.interval, watched=True, statistics=statistics)
         passed(response, self.names, depths)
-        return work_rates(statistics, self.names, model.case.time.end, response.doubts)
+        return work_rates(statistics, self.names, model.end, response.doubts)
 
     @property
     def names(self) -> Sequence[str]:

@@ -44,7 +44,7 @@ CLEARED = 1.0e-7  # of the largest excess: the tolerance of linear programs
 
 def slack(model: Model, allowed: Array) -> float:
     """Return the allowed difference of depths, m: a share of the allowed ones, and round-off of places."""
-    return SLACK * float(np.max(allowed)) + ROUND_OFF * model.case.profile.thinnest
+    return SLACK * float(np.max(allowed)) + ROUND_OFF * model.profile.thinnest
 
 
 def rigid_motions(model: Model) -> Array:
@@ -183,8 +183,8 @@ def kicked(model: Model, loads: Sequence[Load], number: int, seed: int) -> Start
     stiff = operators.factor(omega**2, 1.0)
     shapes = [stiff.solve(force) for force in forces]
     energy = 0.5 * sum(float(x) for x in model.system.dots([(x, f) for x, f in zip(shapes, forces, strict=True)]))
-    mass = model.case.profile.mass
-    speeds = model.system.contact.walls.speeds(np.linspace(0.0, model.case.time.end, LOOKS, dtype=np.float64))
+    mass = model.profile.mass
+    speeds = model.system.contact.walls.speeds(np.linspace(0.0, model.end, LOOKS, dtype=np.float64))
     energy += 0.5 * mass * float(np.sum(np.max(speeds**2, axis=0)))
     shapes += list(rigid_motions(model).T)
     velocity = np.zeros(operators.size)
@@ -279,7 +279,7 @@ def whole_steps(frequencies: Sequence[float], end: float, step: float) -> tuple[
 
 def span(model: Model) -> tuple[int, float | None]:
     """Return the steps of a response of a model, and the forcing frequency, as `whole_steps`."""
-    return whole_steps(model.forcing, model.case.time.end, model.step)
+    return whole_steps(model.forcing, model.end, model.step)
 
 
 class KeptBody:

@@ -179,7 +179,7 @@ def of_step(model: Model, content: FrequencyContent, error: float, detail: str) 
         error: Mean error of all periods.
         detail: The content in words.
     """
-    errors = scheme_error(model.case.time.scheme, 2.0 * pi * content.frequencies * model.step).period_error
+    errors = scheme_error(model.scheme, 2.0 * pi * content.frequencies * model.step).period_error
     resolved = np.abs(errors) <= UNRESOLVED
     if resolved.all() or not resolved.any():
         return Finding(IN_TIME, error, estimate=error, detail=detail)

@@ -214,7 +214,7 @@ def _at_zero(state: State, model: Model, path: Path) -> State:
     u, v = imaged(operators, state.u[VALUE].copy()), imaged(operators, state.v[VALUE].copy())
     depth: Array = contact.depth(contact.interface.trace(u[VALUE], operators), 0.0)
     excess = depth - np.maximum(state.depth, 0.0)
-    if np.max(excess, initial=0.0) > DEEPER * model.case.profile.thinnest:
+    if np.max(excess, initial=0.0) > DEEPER * model.profile.thinnest:
         worst = int(np.argmax(excess))
         raise _fault(
             path,

@@ -123,7 +123,7 @@ def _of_parts(state: State, model: Model, adaptive: bool) -> Iterator[str]:
     friction = model.law.friction
     sticks = friction is not None and friction.static_coefficient is not None
     needed = {
-        "a": model.case.time.scheme.carries_acceleration,
+        "a": model.scheme.carries_acceleration,
         "touch_speed": model.law.touch_product is not None,
         "closed_since": adaptive,
         "plastic_set": model.law.keeps_set,
@@ -242,7 +242,7 @@ class DofLayout:
     def places(self) -> Array:
         """Contact points with a coordinate more that distinguishes the faces, (m, 4), m."""
         contact = self.model.system.contact
-        return np.column_stack([contact.positions, self.model.case.beam.length * contact.faces])
+        return np.column_stack([contact.positions, self.model.length * contact.faces])
 
     @property
     def node_table(self) -> ParallelTable:

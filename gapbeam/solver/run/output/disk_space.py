@@ -24,8 +24,8 @@ def size_of_results(case: Case, model: Model) -> tuple[float, float]:
     """Return the bytes of the history and of the fields of a march to time.end."""
     labels, output = Recorder(case, model).labels, case.output
     values = 1 + sum(prod(len(labels[dimension]) for dimension in record.dims[1:]) for record in HISTORY)
-    records = model.case.time.end / (output.history_interval or model.step)
-    fields = model.case.time.end / output.fields_interval if output.fields_interval else 100.0
+    records = model.end / (output.history_interval or model.step)
+    fields = model.end / output.fields_interval if output.fields_interval else 100.0
     names = (*FIELDS, *(STRESS_FIELDS if output.stress else ()))
     per_node = sum(3 if name in VECTOR_FIELDS else 1 for name in names)
     return VALUE * values * records, VALUE * per_node * model.tagged.vertex_count * fields

@@ -314,7 +314,7 @@ def write_mode_fields(folder: Path, case: Case, model: Model, modes: HeldModes) 
             bodies = shape[model.body.operators.size :]  # of supports, beside which the beam may be at rest
             moved = np.abs(np.concatenate([model.expand(shape), bodies]))
             largest = max(comm.allgather(float(np.max(moved, initial=0.0))))
-            scaled = shape * (LARGEST * model.case.beam.length / largest)
+            scaled = shape * (LARGEST * model.length / largest)
             still, none = np.zeros((1, len(scaled))), np.zeros((1, contact.size))
             writer.write(Snapshots(np.array([frequency]), scaled[None], still, none), model)
     finally:

@@ -54,12 +54,10 @@ class LoadSignal:
     """The function of time of a load, for arrays of any shape.
 
     Attributes:
-        value: s at each of an array of times.
-        mean: Mean of s over intervals, from starts to ends, of loads that jump; None: steps take s in their middle.
+        value: s at each of an array of times; steps take it in their middle.
     """
 
     value: Callable[[Any], Any]
-    mean: Callable[[Array, Array], Any] | None = None
 
     def __call__(self, times: Any, scale: Any = 1.0) -> Array:
         """Return the values at these times, times a parameter of the load."""
@@ -67,21 +65,25 @@ class LoadSignal:
         found = np.array(np.broadcast_to(self.value(flat), flat.shape), dtype=float).reshape(np.shape(times))
         return np.asarray(scale * found)
 
-    @property
-    def mean_over(self) -> Callable[..., Any] | None:
-        """Means over intervals, times a parameter of the load, where it jumps."""
-        mean = self.mean
 
-        def scaled(starts: Array, ends: Array, scale: Any = 1.0) -> Any:
-            assert mean is not None
-            return scale * mean(starts.ravel(), ends.ravel())[:, None]
+@dataclass(frozen=True)
+class JumpSignal(LoadSignal):
+    """The function of time of a load that jumps.
 
-        return None if mean is None else scaled
+    Attributes:
+        mean: Mean of s over intervals, from starts to ends, which steps take.
+    """
+
+    mean: Callable[[Array, Array], Any]
+
+    def mean_over(self, starts: Array, ends: Array, scale: Any = 1.0) -> Any:
+        """Return the means over intervals, (intervals, 1), times a parameter of the load."""
+        return scale * self.mean(starts.ravel(), ends.ravel())[:, None]
 
 
 def signal_of(s: TimeFunction) -> LoadSignal:
     """Return the function of time of a load."""
-    return LoadSignal(s.value, s.mean if s.jumps else None)
+    return JumpSignal(s.value, s.mean) if s.jumps else LoadSignal(s.value)
 
 
 def valued(load: AnyLoad) -> tuple[Callable[..., Any], dict[str, Any]]:

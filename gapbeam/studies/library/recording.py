@@ -12,7 +12,6 @@ Source: SDRC, Universal dataset number 58, Function at nodal DOF.
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -25,13 +24,12 @@ from scipy.io import wavfile
 
 from gapbeam.solver.loads.record_file import Column, RecordError, read_record
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import either, near
+from gapbeam.solver.messages.wording import LOG, either, near
 from gapbeam.solver.scene.argument_checks import checked, positive, reals
 from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.universal_file import UNIVERSAL, DataSet, UniversalFile
 from gapbeam.solver.system.operators import Array
 
-LOG = logging.getLogger("gapbeam")
 HEADER = 11
 """Lines of a data set 58 above its values."""
 FUNCTION, FORM, ABSCISSA, ORDINATE = 5, 6, 7, 8

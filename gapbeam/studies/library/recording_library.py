@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from scipy.stats import norm, qmc, randint, uniform
 from gapbeam.postprocess.report.sections.atlas_section import LIBRARY_FILE
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.ensemble_members import arrays_in, ensemble_key, response_figure_faults
@@ -48,7 +47,6 @@ HELD = 8
 ARRAYS = "library.npz"
 FEW = 0.05
 """Share of members that may change, such as chaotic ones, without a warning."""
-LOG = logging.getLogger("gapbeam")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
